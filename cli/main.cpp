@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/core.h>
+
+#include <exception>
+
+#include "cli/verbs.h"
+#include "takt/error.h"
+#include "takt/version.h"
+
+namespace takt::cli {
+
+/// One row a verb, in the order of the help.
+constexpr AddVerb all_verbs[] = {nullptr};
+
+int run(int argc, char** argv) {
+  CLI::App app{"takt finds, tracks and removes the time offset between cameras, IMUs and GNSS receivers", "takt"};
+  app.set_version_flag("--version", fmt::format("takt {}", version));
+  app.require_subcommand(0, 1);
+  Common common;
+  for (int i = 0; i < argc; ++i) common.command += (i ? " " : "") + std::string(argv[i]);
+  Action action;
+  for (const AddVerb add : all_verbs)
+    if (add) add(app, common, action);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  if (!action) {
+    fmt::print("{}", app.help());
+    return 2;
+  }
+  return action();
+}
+
+}  // namespace takt::cli
+
+int main(int argc, char** argv) {
+  try {
+    return takt::cli::run(argc, argv);
+  } catch (const takt::Error& e) {
+    fmt::print(stderr, "takt: {}\n", e.what());
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "takt: internal error: {}\n", e.what());
+  }
+  return 1;
+}

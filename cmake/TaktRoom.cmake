@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+# takt_room(NAME [PUBLIC targets...] [PRIVATE targets...])
+#
+# One folder of the library becomes one target takt::NAME, and its *_test.cpp become one test program.
+# A new file is picked up by itself: dropping it into the folder is all.
+add_library(takt_warnings INTERFACE)
+target_compile_options(takt_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
+  -Wnon-virtual-dtor -Woverloaded-virtual $<$<BOOL:${TAKT_WERROR}>:-Werror>
+  # GCC 12 sees uninitialised values inside Eigen's and libstdc++'s inlined code that are not there.
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized -Wno-array-bounds -Wno-stringop-overflow -Wno-restrict>)
+if(TAKT_SANITIZE)
+  add_compile_options(-fsanitize=${TAKT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${TAKT_SANITIZE})
+endif()
+
+function(takt_room name)
+  cmake_parse_arguments(ROOM "" "" "PUBLIC;PRIVATE" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.cpp)
+  set(tests ${sources})
+  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$|_fuzz\\.cpp$")
+  list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
+  if(sources)
+    add_library(takt_${name} STATIC ${sources})
+    set(scope PUBLIC)
+    target_link_libraries(takt_${name} PRIVATE $<BUILD_INTERFACE:takt_warnings> ${ROOM_PRIVATE})
+  else()
+    add_library(takt_${name} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  add_library(takt::${name} ALIAS takt_${name})
+  set_target_properties(takt_${name} PROPERTIES EXPORT_NAME ${name})
+  target_compile_features(takt_${name} ${scope} cxx_std_20)
+  target_include_directories(takt_${name} ${scope}
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/generated> $<INSTALL_INTERFACE:include>)
+  target_link_libraries(takt_${name} ${scope} ${ROOM_PUBLIC})
+  set_property(GLOBAL APPEND PROPERTY TAKT_ROOMS takt_${name})
+  if(TAKT_TESTS AND tests)
+    add_executable(${name}_test ${tests})
+    target_link_libraries(${name}_test PRIVATE takt_${name} takt_warnings ${ROOM_PRIVATE} GTest::gtest GTest::gtest_main)
+    target_compile_definitions(${name}_test PRIVATE TAKT_DATA_DIR="${TAKT_DATA_DIR}")
+    add_test(NAME ${name} COMMAND ${name}_test)
+  endif()
+endfunction()

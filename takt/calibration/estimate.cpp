@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/calibration/estimate.h"
+
+#include <stdexcept>
+
+namespace takt {
+
+const char* to_string(Verdict v) {
+  switch (v) {
+    case Verdict::trusted:
+      return "trusted";
+    case Verdict::weak:
+      return "weak";
+    case Verdict::refused:
+      break;
+  }
+  return "refused";
+}
+
+Verdict worse(Verdict a, Verdict b) {
+  return a > b ? a : b;
+}
+
+Estimate Estimate::refusal(std::string method, std::string reason) {
+  Estimate e;
+  e.method = std::move(method);
+  e.reasons.push_back(std::move(reason));
+  return e;
+}
+
+void Estimate::doubt(Verdict at_best, std::string reason) {
+  verdict = worse(verdict, at_best);
+  reasons.push_back(std::move(reason));
+  if (verdict != Verdict::refused) return;
+  offset.reset();
+  sigma_s.reset();
+  drift.reset();
+  drift_sigma.reset();
+  line_delay_s.reset();
+  line_delay_sigma_s.reset();
+}
+
+ClockMap<> Estimate::clock_map() const {
+  if (!offset) throw std::logic_error("Estimate::clock_map: " + method + " gave no offset");
+  ClockPiece<SensorClock> piece;
+  piece.epoch = as<SensorClock>(epoch);
+  piece.offset = *offset;
+  piece.drift = drift.value_or(0);
+  const double s = sigma_s.value_or(0), d = drift_sigma.value_or(0);
+  piece.offset_var_s2 = s * s;
+  piece.drift_var = d * d;
+  return ClockMap<>(piece);
+}
+
+}  // namespace takt

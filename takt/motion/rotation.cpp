@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/motion/rotation.h"
+
+#include <Eigen/SVD>
+#include <cmath>
+#include <numbers>
+
+namespace takt {
+
+namespace {
+/// Below this angle the closed forms lose digits to cancellation and the series is exact to rounding.
+constexpr double small_angle = 1e-2;
+}  // namespace
+
+Mat3 hat(const Vec3& a) {
+  Mat3 m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
+Quat exp_so3(const Vec3& phi) {
+  const double angle = phi.norm();
+  const double half = 0.5 * angle;
+  const double h2 = half * half;
+  const double sin_over_angle =
+      angle < small_angle ? 0.5 * (1 - h2 / 6 * (1 - h2 / 20 * (1 - h2 / 42))) : std::sin(half) / angle;
+  const Vec3 v = sin_over_angle * phi;
+  return {std::cos(half), v.x(), v.y(), v.z()};
+}
+
+Vec3 log_so3(const Quat& q) {
+  const double sign = q.w() < 0 ? -1 : 1;
+  const double n = q.vec().norm();
+  const double w = std::abs(q.w());
+  if (n < 1e-9 * w) return 2 * sign / w * q.vec();
+  return 2 * sign * std::atan2(n, w) / n * q.vec();
+}
+
+Mat3 right_jacobian(const Vec3& phi) {
+  const double a = phi.norm(), a2 = a * a;
+  const double b = a < small_angle ? 0.5 - a2 / 24 * (1 - a2 / 30) : (1 - std::cos(a)) / a2;
+  const double c = a < small_angle ? 1.0 / 6 - a2 / 120 * (1 - a2 / 42) : (a - std::sin(a)) / (a2 * a);
+  const Mat3 h = hat(phi);
+  return Mat3::Identity() - b * h + c * h * h;
+}
+
+Mat3 right_jacobian_inverse(const Vec3& phi) {
+  const double a = phi.norm(), a2 = a * a;
+  const double c =
+      a < small_angle ? 1.0 / 12 + a2 / 720 * (1 + a2 / 42) : 1 / a2 - (1 + std::cos(a)) / (2 * a * std::sin(a));
+  const Mat3 h = hat(phi);
+  return Mat3::Identity() + 0.5 * h + c * h * h;
+}
+
+VectorAlignment align_vectors(const Mat3& correlation) {
+  const Eigen::JacobiSVD<Mat3> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Mat3 u = svd.matrixU(), v = svd.matrixV();
+  const Vec3 signs(1, 1, (u * v.transpose()).determinant() < 0 ? -1 : 1);
+  const Vec3 s = svd.singularValues();
+  return {u * signs.asDiagonal() * v.transpose(), s[0] > 0 ? s[1] / s[0] : 0};
+}
+
+VectorAlignment align_vectors(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
+  return align_vectors(Mat3(b * a.transpose()));
+}
+
+}  // namespace takt
