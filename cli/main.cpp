@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <exception>
+#include <vector>
 
 #include "cli/verbs.h"
 #include "takt/error.h"
@@ -10,7 +11,7 @@
 namespace takt::cli {
 
 /// One row a verb, in the order of the help.
-constexpr AddVerb all_verbs[] = {nullptr};
+const std::vector<AddVerb> all_verbs{};
 
 int run(int argc, char** argv) {
   CLI::App app{"takt finds, tracks and removes the time offset between cameras, IMUs and GNSS receivers", "takt"};
@@ -19,8 +20,7 @@ int run(int argc, char** argv) {
   Common common;
   for (int i = 0; i < argc; ++i) common.command += (i ? " " : "") + std::string(argv[i]);
   Action action;
-  for (const AddVerb add : all_verbs)
-    if (add) add(app, common, action);
+  for (const AddVerb add : all_verbs) add(app, common, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
