@@ -2,7 +2,6 @@
 #pragma once
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 namespace takt {
 
@@ -10,11 +9,11 @@ namespace takt {
 /// A broken contract of the caller is a std::logic_error instead; data that cannot answer is a Verdict, not an error.
 class Error : public std::runtime_error {
  public:
-  Error(std::string what_failed, std::string where, std::string try_this)
-      : std::runtime_error(where + ": " + what_failed + (try_this.empty() ? "" : "; " + try_this)),
-        what_failed(std::move(what_failed)),
-        where(std::move(where)),
-        try_this(std::move(try_this)) {}
+  Error(const std::string& failed, const std::string& place, const std::string& advice)
+      : std::runtime_error(place + ": " + failed + (advice.empty() ? "" : "; " + advice)),
+        what_failed(failed),
+        where(place),
+        try_this(advice) {}
 
   std::string what_failed;  ///< "row 17 has 3 columns, 7 expected"
   std::string where;        ///< file, line or byte: "run/mav0/imu0/data.csv:17"
