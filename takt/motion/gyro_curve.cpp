@@ -80,9 +80,12 @@ std::size_t GyroCurve::interval(double t) const {
   const double mean_step = (t_.back() - t_.front()) / static_cast<double>(t_.size() - 1);
   std::size_t j = std::min(last, static_cast<std::size_t>((t - t_.front()) / mean_step));
   for (int i = 0; i < 8; ++i) {
-    if (t < t_[j]) --j;
-    else if (j < last && t >= t_[j + 1]) ++j;
-    else return j;
+    if (t < t_[j])
+      --j;
+    else if (j < last && t >= t_[j + 1])
+      ++j;
+    else
+      return j;
   }
   const auto after = std::upper_bound(t_.begin(), t_.end(), t);
   return std::min(last, static_cast<std::size_t>(after - t_.begin()) - 1);
@@ -109,7 +112,9 @@ Vec3 GyroCurve::rotation_in(std::size_t j, double t0, double t1) const {
   return half * (w1 + w2) + (half * half / std::sqrt(3.0)) * w1.cross(w2);
 }
 
-Vec3 GyroCurve::rate(double t) const { return rate_in(interval(t), t); }
+Vec3 GyroCurve::rate(double t) const {
+  return rate_in(interval(t), t);
+}
 
 Vec3 GyroCurve::rate_slope(double t) const {
   const std::size_t j = interval(t);

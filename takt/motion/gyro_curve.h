@@ -51,8 +51,8 @@ class GyroCurve {
 
   std::vector<double> t_;
   std::vector<Vec3> rate_;
-  std::vector<Vec3> curvature_;  ///< second derivative of the rate spline at the samples
-  std::vector<Quat> attitude_;   ///< at the samples, from the stretch's first sample
+  std::vector<Vec3> curvature_;         ///< second derivative of the rate spline at the samples
+  std::vector<Quat> attitude_;          ///< at the samples, from the stretch's first sample
   std::vector<std::uint32_t> stretch_;  ///< which gap-free stretch a sample belongs to
   double median_step_ = 0;
   std::size_t gaps_ = 0;

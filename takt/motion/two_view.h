@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+
+#include "takt/motion/rotation.h"
+
+/// What matched bearings say about the rotation between two views, whatever the translation and the depths.
+///
+/// Model of one match, with R = R_from_to and p = R·to:
+///   from ≈ p + (I − p·pᵀ)·(1 + ε)·v + noise,     v = translation · mean inverse depth  (rad, in `from`'s frame)
+/// ε, the scatter of inverse depth about its mean, is unknown and not independent from match to match (a ground plane,
+/// a wall), so along v's image the residual is given a variance of (κ·√n·|v|)², which leaves the information of all n
+/// matches together about that direction no larger than one common error of size κ·|v|. Across it (the epipolar
+/// constraint) nothing but noise remains. With v → 0 the model becomes the rotation-only one by itself.
+namespace takt {
+
+/// Matched unit bearings, one column a match.
+struct BearingPairs {
+  Eigen::Matrix3Xd from, to;
+  Eigen::VectorXd parallax_scale;  ///< empty, or v's factor for each match (rolling shutter: its interval / nominal)
+};
+
+/// Weighted normal equations in (δ, extra parameters), v eliminated; R_true = R·exp(δ).
+struct TwoViewNormals {
+  Eigen::MatrixXd information;  ///< (3+E)×(3+E)
+  Eigen::VectorXd gradient;     ///< information·x = gradient at the least-squares x
+  Vec3 parallax;                ///< v given δ = 0
+  double sigma_rad = 0;         ///< measured noise of one bearing, one axis (robust)
+  double explained = 0;         ///< share of the matches that lie within 4σ of the model
+};
+
+struct TwoViewOptions {
+  double depth_scatter = 0.5;  ///< κ
+  double parallax_sigma = 0;   ///< prior of each component of v (rad); 0: none
+  double sigma_floor_rad = 1e-6;
+};
+
+/// Linearised at the rotation R_from_to. `extra[e]` holds, per match, the derivative of (from − p) to parameter e
+/// (3×n). Needs at least 6 matches; nothing where there are fewer.
+[[nodiscard]] std::optional<TwoViewNormals> two_view_normals(const BearingPairs& pairs, const Quat& R_from_to,
+                                                             std::span<const Eigen::Matrix3Xd> extra = {},
+                                                             const TwoViewOptions& options = {});
+
+/// Rotation between two views without any first guess: consensus of two-match rotations, then robust least squares.
+struct TwoViewFit {
+  Quat rotation;     ///< R_from_to
+  Mat3 information;  ///< of δ in R_true = R·exp(δ), 1/rad²
+  Vec3 parallax;
+  double sigma_rad;
+  double explained;
+  Eigen::VectorXd misfit;  ///< per match: residual in sigmas; above 4 is an outlier
+};
+[[nodiscard]] std::optional<TwoViewFit> fit_two_view(const BearingPairs& pairs, const TwoViewOptions& options = {});
+
+}  // namespace takt
