@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/estimators/alignment/alignment.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "takt/estimators/alignment/correlation.h"
+#include "takt/estimators/alignment/evidence.h"
+#include "takt/estimators/alignment/excitation.h"
+#include "takt/estimators/alignment/likelihood.h"
+#include "takt/estimators/alignment/phase.h"
+
+namespace takt {
+
+using namespace alignment;
+
+namespace {
+
+constexpr std::size_t fewest_steps = 20;
+/// The rival must explain the data worse by this much (nats): e¹² to one.
+constexpr double clear_margin = 12;
+/// Below this share of common rotation, with both sides sure of themselves, they do not see the same motion.
+constexpr double disagreement = 0.4, doubtful_agreement = 0.85;
+/// Misfit beyond what both sides claim of themselves by which "sure of themselves" is meant.
+constexpr double claimed_misfit = 3;
+constexpr double significant_sigmas = 4;
+constexpr double rotation_known_rad = 0.035;
+
+Estimate blank(const RotationSignal& sensor, const ImuStream& reference, const char* method) {
+  Estimate e;
+  e.method = method;
+  e.sensor = sensor.name;
+  e.reference = reference.name;
+  e.verdict = Verdict::trusted;
+  return e;
+}
+
+/// Writes an internal (offset, centre) as stamps.
+void set_offset(Estimate& e, const Problem& p, double offset_s, double sigma_s, double centre_s) {
+  e.offset = p.between_epochs() + from_seconds(offset_s);
+  e.sigma_s = sigma_s;
+  e.epoch = p.sensor_epoch + from_seconds(centre_s);
+}
+
+Mat4 as_transform(const Mat3& rotation) {
+  Mat4 t = Mat4::Identity();
+  t.topLeftCorner<3, 3>() = rotation;
+  return t;
+}
+
+Estimate correlation_estimate(const Problem& p, const Correlation& c, const Estimate& base) {
+  Estimate e = base;
+  e.method = "correlation";
+  const double middle = 0.5 * (p.steps.front().t0 + p.steps.back().t1);
+  set_offset(e, p, c.peaks.front().offset_s, c.sigma_s, middle);
+  e.extras.push_back({"correlation", c.peaks.front().r, std::nullopt});
+  return e;
+}
+
+Estimate phase_estimate(const Problem& p, const PhaseFit& f, const Coarse& start, const Estimate& base) {
+  Estimate e = base;
+  e.method = "phase";
+  if (f.answered)
+    set_offset(e, p, f.offset_s, f.sigma_s, start.centre_s);
+  else
+    e.doubt(Verdict::refused, "too few frequencies are coherent for a phase slope");
+  return e;
+}
+
+/// Reasons not to answer at all, found before any fine estimate.
+std::optional<std::string> no_answer(const Excitation& x, const Correlation& c, const Problem& p) {
+  if (x.sensor_still())
+    return fmt::format("the sensor hardly turns: {:.4f} rad/s against {:.4f} rad/s of noise; rotate it about two axes",
+                       x.sensor_rms[0], x.sensor_noise);
+  if (x.reference_still())
+    return fmt::format("the reference hardly turns: {:.4f} rad/s against {:.4f} rad/s of noise", x.reference_rms[0],
+                       x.reference_noise);
+  if (!c.refusal.empty()) return c.refusal;
+  const double base = to_seconds(p.between_epochs());
+  if (c.peaks.front().evidence < c.significance)
+    return fmt::format(
+        "no offset between {:.3f} and {:.3f} s stands out: the best correlation is {:.2f}, as chance gives too",
+        c.searched_from_s + base, c.searched_to_s + base, c.peaks.front().r);
+  if (c.rival_margin < clear_margin)
+    return fmt::format(
+        "two offsets fit about equally well, {:.4f} and {:.4f} s: the motion repeats itself; move less "
+        "regularly, or narrow the search",
+        c.peaks[0].offset_s + base, c.peaks[1].offset_s + base);
+  return std::nullopt;
+}
+
+/// What the signal allows to be estimated beside the offset.
+LikelihoodOptions fine_options(const RotationSignal& sensor, const AlignmentOptions& options) {
+  LikelihoodOptions o;
+  const bool bearings = !sensor.matches.empty();
+  o.readout = bearings && (options.line_delay || sensor.timing.shutter != Shutter::global);
+  o.focal = bearings && sensor.focal_assumed;
+  return o;
+}
+
+LikelihoodFit fit_fine(const Problem& p, const Coarse& start, const AlignmentOptions& options) {
+  LikelihoodOptions wanted = fine_options(p.signal, options);
+  LikelihoodFit fit = maximise_likelihood(p, start, wanted, p.signal.timing.readout_s);
+  const bool free_readout = wanted.readout && !options.line_delay && p.signal.timing.shutter == Shutter::unknown;
+  const bool no_readout = free_readout && !(fit.readout_s > significant_sigmas * fit.readout_sigma_s);
+  const bool no_drift = !options.drift && !(std::abs(fit.drift) > significant_sigmas * fit.drift_sigma);
+  if (!fit.converged || (!no_readout && !no_drift)) return fit;
+  // What the data do not ask for is fixed at none: the offset then is not burdened with its uncertainty.
+  const double drift_sigma = fit.drift_sigma;
+  Coarse again = start;
+  again.offset_s = fit.offset_s, again.centre_s = fit.centre_s;
+  again.drift = no_drift ? 0 : fit.drift;
+  again.R_reference_sensor = fit.R_reference_sensor;
+  wanted.drift = !no_drift;
+  wanted.readout = wanted.readout && !no_readout;
+  fit = maximise_likelihood(p, again, wanted, wanted.readout ? fit.readout_s : p.signal.timing.readout_s);
+  if (no_drift) fit.drift = 0, fit.drift_sigma = drift_sigma;
+  return fit;
+}
+
+void doubt_fit(Estimate& e, const Problem& p, const LikelihoodFit& f, const Coarse& start) {
+  if (!f.converged) {
+    e.doubt(Verdict::refused, "the fine alignment did not settle");
+    return;
+  }
+  const double moved = f.offset_s - start.offset_s - start.drift * (f.centre_s - start.centre_s);
+  if (std::abs(moved) > 2 * start.lobe_s + 0.02) {
+    e.doubt(Verdict::refused, fmt::format("the fine alignment left the correlation peak by {:.1f} ms", 1e3 * moved));
+    return;
+  }
+  const bool sure = f.misfit > claimed_misfit;
+  if (f.explained < disagreement && sure)
+    e.doubt(Verdict::refused,
+            fmt::format("sensor and gyro disagree: they share only {:.0f} % of the rotation; is the picture stabilised "
+                        "in the camera, or are the two not rigidly joined?",
+                        100 * std::max(0.0, f.explained)));
+  else if (f.explained < doubtful_agreement && sure)
+    e.doubt(Verdict::weak, fmt::format("sensor and gyro share only {:.0f} % of the rotation", 100 * f.explained));
+  if (!e.answered()) return;
+  const double apart = f.halves[1].offset_s - f.halves[0].offset_s;
+  const double apart_sigma = std::hypot(f.halves[0].sigma_s, f.halves[1].sigma_s);
+  if (f.halves[0].sigma_s > 0 && f.halves[1].sigma_s > 0 && std::abs(apart) > significant_sigmas * apart_sigma)
+    e.doubt(Verdict::weak, fmt::format("the two halves disagree by {:.3f} ms, {:.1f} times the uncertainty of that",
+                                       1e3 * apart, std::abs(apart) / apart_sigma));
+  if (f.outliers > 0.2)
+    e.doubt(Verdict::weak, fmt::format("{:.0f} % of the sensor's steps fit nothing", 100 * f.outliers));
+  if (f.inflation > 3) e.doubt(Verdict::weak, "the residuals are far from independent: the model misses something");
+  if (*e.sigma_s > 0.25 * p.step_s && *e.sigma_s > 2e-3)
+    e.doubt(Verdict::weak,
+            fmt::format("little is known: the motion fixes the offset to {:.1f} ms only", 1e3 * *e.sigma_s));
+}
+
+void add_findings(Estimate& e, const Problem& p, const LikelihoodFit& f, const AlignmentOptions& options) {
+  e.drift = f.drift;
+  e.drift_sigma = f.drift_sigma;
+  if (!options.drift && f.drift != 0)
+    e.reasons.push_back(fmt::format("the clocks drift by {:.1f} ± {:.1f} ppm, which is part of the answer",
+                                    1e6 * f.drift, 1e6 * f.drift_sigma));
+  if (f.rotation_sigma.maxCoeff() < rotation_known_rad)
+    e.T_reference_sensor = as_transform(f.R_reference_sensor);
+  else
+    e.reasons.push_back("the motion is about one axis only: the rotation between the sensors is not known about it");
+  const FrameTiming& timing = p.signal.timing;
+  if (p.signal.source == "images" || p.signal.source == "tracks") {
+    e.frame_instant = "exposure_middle";
+    e.frame_row = timing.row == RowReference::first ? "first" : "middle";
+    const int rows = timing.rows > 0 ? timing.rows : p.signal.model ? p.signal.model->height : 0;
+    if (f.readout_s != 0 && rows > 0) {
+      e.line_delay_s = f.readout_s / rows;
+      if (f.readout_sigma_s > 0) e.line_delay_sigma_s = f.readout_sigma_s / rows;
+      e.extras.push_back(
+          {"readout_s", f.readout_s, f.readout_sigma_s > 0 ? std::optional(f.readout_sigma_s) : std::nullopt});
+    } else {
+      e.line_delay_s = 0;
+    }
+    if (f.log_focal_sigma > 0 && p.signal.model)
+      e.extras.push_back({"focal_px", p.signal.model->fx * std::exp(f.log_focal),
+                          p.signal.model->fx * std::exp(f.log_focal) * f.log_focal_sigma});
+  }
+  e.extras.push_back({"explained", f.explained, std::nullopt});
+  e.extras.push_back({"misfit", f.misfit, std::nullopt});
+  e.extras.push_back({"steps", static_cast<double>(f.used), std::nullopt});
+  e.extras.push_back({"half_difference_s", f.halves[1].offset_s - f.halves[0].offset_s,
+                      std::hypot(f.halves[0].sigma_s, f.halves[1].sigma_s)});
+}
+
+Estimate ml_estimate(const Problem& p, const LikelihoodFit& f, const Coarse& start, const Estimate& base,
+                     const AlignmentOptions& options) {
+  Estimate e = base;
+  e.method = "ml";
+  set_offset(e, p, f.offset_s, f.offset_sigma_s, f.centre_s);
+  doubt_fit(e, p, f, start);
+  if (e.answered()) add_findings(e, p, f, options);
+  return e;
+}
+
+/// The method asked for; `automatic` is the best that answers.
+const Estimate& chosen(const std::vector<Estimate>& all, AlignmentMethod method) {
+  const auto named = [&](const char* name) -> const Estimate& {
+    for (const Estimate& e : all)
+      if (e.method == name) return e;
+    return all.back();
+  };
+  switch (method) {
+    case AlignmentMethod::correlation:
+      return named("correlation");
+    case AlignmentMethod::phase:
+      return named("phase");
+    case AlignmentMethod::tdicp:
+      return named("tdicp");
+    case AlignmentMethod::automatic:
+    case AlignmentMethod::ml:
+      break;
+  }
+  return named("ml");
+}
+
+void check(const RotationSignal& sensor, const ImuStream& reference) {
+  if (!sensor.matches.empty() && sensor.matches.size() != sensor.increments.size())
+    throw std::invalid_argument(fmt::format("align_rotation: {} lists of matches for {} increments",
+                                            sensor.matches.size(), sensor.increments.size()));
+  if (reference.stamps.size() != reference.gyro_rad_s.size())
+    throw std::invalid_argument(
+        fmt::format("align_rotation: {} stamps for {} rates", reference.stamps.size(), reference.gyro_rad_s.size()));
+}
+
+}  // namespace
+
+Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference, const AlignmentOptions& options) {
+  check(sensor, reference);
+  const Estimate base = blank(sensor, reference, "ml");
+  const auto refuse = [&](const std::string& why) {
+    Estimate e = base;
+    e.doubt(Verdict::refused, why);
+    return e;
+  };
+  if (sensor.increments.size() < fewest_steps)
+    return refuse(fmt::format("only {} rotations of the sensor were measured; {} is the least that can be aligned",
+                              sensor.increments.size(), fewest_steps));
+  if (reference.size() < fewest_steps)
+    return refuse(fmt::format("only {} samples of the reference; {} is the least", reference.size(), fewest_steps));
+
+  const Problem problem(sensor, reference);
+  if (problem.steps.size() < fewest_steps)
+    return refuse(fmt::format("only {} of the sensor's {} rotations could be measured", problem.steps.size(),
+                              sensor.increments.size()));
+  const double between = to_seconds(problem.between_epochs());
+  const double widest = std::numeric_limits<double>::infinity();
+  const double search = options.search_s.value_or(widest);
+  const Correlation coarse = correlate(problem, -search - between, search - between);
+  if (const auto why = no_answer(measure_excitation(problem), coarse, problem)) {
+    Estimate e = refuse(*why);
+    if (!coarse.curve_r.empty()) e.evidence.panels.push_back(correlation_panel(problem, coarse));
+    return e;
+  }
+  const Coarse start = follow_drift(problem, coarse);
+  const PhaseFit phase = fit_phase(problem, start);
+  const LikelihoodFit fine = fit_fine(problem, start, options);
+
+  std::vector<Estimate> all{correlation_estimate(problem, coarse, base), phase_estimate(problem, phase, start, base),
+                            ml_estimate(problem, fine, start, base, options)};
+  Estimate answer = chosen(all, options.method);
+  const bool fitted = fine.converged;
+  const double offset = fitted ? fine.offset_s : start.offset_s, drift = fitted ? fine.drift : start.drift;
+  const double centre = fitted ? fine.centre_s : start.centre_s;
+  const Mat3 R = fitted ? fine.R_reference_sensor : start.R_reference_sensor;
+  answer.evidence.panels = {rates_panel(problem, offset, drift, centre, R, false),
+                            rates_panel(problem, offset, drift, centre, R, true),
+                            correlation_panel(problem, coarse),
+                            windows_panel(fine),
+                            residuals_panel(fine),
+                            coherence_panel(phase)};
+  answer.estimates = std::move(all);
+  return answer;
+}
+
+}  // namespace takt

@@ -1,0 +1,475 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/estimators/alignment/likelihood.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <future>
+
+#include "takt/motion/two_view.h"
+
+namespace takt::alignment {
+
+namespace {
+
+// The unknowns, always in this order; those that are not asked for are held by a prior.
+enum Unknown { offset, drift, rotation, bias = rotation + 3, readout = bias + 3, focal, unknowns };
+using State = Eigen::Matrix<double, unknowns, 1>;
+using Normal = Eigen::Matrix<double, unknowns, unknowns>;
+using Rows = Eigen::Matrix<double, 3, unknowns + 1>;  ///< Jacobian, and the residual as its last column
+
+constexpr double outlier_sigmas = 4;
+/// Weight falls as 1/m⁴ beyond this many sigmas.
+constexpr double robust_sigmas = 3;
+/// A steady camera's increments may claim more than any model of the world can keep; no claim beyond this counts.
+constexpr double information_ceiling = 1e14;
+
+struct Parameters {
+  double offset_s, drift, centre_s;
+  Mat3 R_reference_sensor;
+  Vec3 bias;
+  double readout_s, log_focal;
+};
+
+/// One step at the current parameters: whitening not yet applied.
+struct Linear {
+  bool used = false;
+  bool first = true;         ///< no step directly before it
+  Rows rows = Rows::Zero();  ///< residual = rows.last − rows.first · dx, claimed covariance `information`⁻¹
+  Mat3 root = Mat3::Zero();  ///< symmetric root of the claimed information
+  // What bearings say about readout and focal length beyond the rotation: information and gradient.
+  Eigen::Matrix2d shape_information = Eigen::Matrix2d::Zero();
+  Vec2 shape_gradient = Vec2::Zero();
+};
+
+Mat3 symmetric_root(const Mat3& m) {
+  Eigen::SelfAdjointEigenSolver<Mat3> eigen;
+  eigen.computeDirect(m);
+  const Vec3 roots = eigen.eigenvalues().cwiseMax(0).cwiseMin(information_ceiling).cwiseSqrt();
+  return eigen.eigenvectors() * roots.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
+/// Adds white noise of variance `s` per axis to an information matrix that may be singular: (Λ⁻¹ + s·I)⁻¹.
+Mat3 with_noise(const Mat3& information, double s) {
+  return information * (Mat3::Identity() + s * information).inverse();
+}
+
+class Model {
+ public:
+  Model(const Problem& problem, const LikelihoodOptions& options)
+      : problem_(problem), options_(options), gyro_density_(problem.reference.noise_density()) {}
+
+  /// Residual and Jacobian of one step. `previous_t1` tells whether the step follows the one before.
+  [[nodiscard]] Linear linearise(const Step& step, const Parameters& x) const {
+    Linear out;
+    const double since0 = step.t0 - x.centre_s, since1 = step.t1 - x.centre_s;
+    const double t0 = step.t0 + x.offset_s + x.drift * since0, t1 = step.t1 + x.offset_s + x.drift * since1;
+    if (!problem_.reference.covers(t0, t1)) return out;
+    const GyroCurve& gyro = problem_.reference;
+    const Mat3 to_sensor = x.R_reference_sensor.transpose();
+    const Quat seen = gyro.between(t0, t1);
+    const double length = t1 - t0;
+    // The bias turns the prediction by −Jr(φ)·Δt·b; exact for a constant rate, and the bias is small.
+    const Mat3 by_bias = right_jacobian(log_so3(seen)) * length;
+    const Quat unbiased = seen * exp_so3(-by_bias * x.bias);
+    const Mat3 back = unbiased.toRotationMatrix().transpose();
+    const Vec3 w0 = gyro.rate(t0) - x.bias, w1 = gyro.rate(t1) - x.bias;
+    const Quat predicted(Mat3(to_sensor * unbiased.toRotationMatrix() * x.R_reference_sensor));
+
+    Vec3 residual;
+    Mat3 information = step.information;
+    Eigen::Matrix<double, 3, 2> by_shape = Eigen::Matrix<double, 3, 2>::Zero();
+    if (problem_.signal.matches.empty()) {
+      residual = log_so3(predicted.conjugate() * exp_so3(step.rotation));
+    } else {
+      const Vec3 s0 = to_sensor * w0, s1 = to_sensor * w1;
+      const Vec3 a0 = to_sensor * gyro.rate_slope(t0), a1 = to_sensor * gyro.rate_slope(t1);
+      if (!bearings(problem_.signal.matches[step.source], predicted, {s0, s1, a0, a1}, step.t1 - step.t0, x, out,
+                    residual, information, by_shape))
+        return out;
+    }
+    out.rows.col(offset) = to_sensor * (w1 - back * w0);
+    out.rows.col(drift) = to_sensor * (since1 * w1 - since0 * (back * w0));
+    // R_reference_sensor ← R·exp(θ): the prediction P becomes P·exp(θ − Pᵀ·θ).
+    out.rows.middleCols<3>(rotation) = Mat3::Identity() - predicted.toRotationMatrix().transpose();
+    out.rows.middleCols<3>(bias) = -to_sensor * by_bias;
+    out.rows.middleCols<2>(readout) = by_shape;
+    out.rows.col(unknowns) = residual;
+    out.root = symmetric_root(with_noise(information, gyro_density_ * gyro_density_ * length));
+    out.used = true;
+    return out;
+  }
+
+ private:
+  struct Rates {
+    Vec3 w0, w1, slope0, slope1;  ///< sensor frame, at the two frames
+  };
+
+  /// The step's residual rotation and its information from its matches, each brought to its frame's reference row.
+  bool bearings(const std::vector<BearingMatch>& matches, const Quat& predicted, const Rates& rates, double length,
+                const Parameters& x, Linear& out, Vec3& residual, Mat3& information,
+                Eigen::Matrix<double, 3, 2>& by_shape) const {
+    const auto n = static_cast<Eigen::Index>(matches.size());
+    BearingPairs pairs{Eigen::Matrix3Xd(3, n), Eigen::Matrix3Xd(3, n), {}};
+    if (x.readout_s != 0) pairs.parallax_scale.resize(n);
+    std::array<Eigen::Matrix3Xd, 2> extra{Eigen::Matrix3Xd::Zero(3, n), Eigen::Matrix3Xd::Zero(3, n)};
+    const Mat3 p = predicted.toRotationMatrix();
+    const double stretch = std::exp(-x.log_focal);
+    const auto refocus = [&](const Eigen::Vector3f& b) {
+      return Vec3(b.x() * stretch, b.y() * stretch, b.z()).normalized();
+    };
+    // d bearing / d log focal: the normalised image point shrinks towards the axis.
+    const auto by_focal = [](const Vec3& b) {
+      const Vec3 d(-b.x(), -b.y(), 0);
+      return Vec3(d - b * b.dot(d));
+    };
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const BearingMatch& m = matches[static_cast<std::size_t>(i)];
+      const double dt0 = m.row_from * x.readout_s, dt1 = m.row_to * x.readout_s;
+      const Mat3 row0 = exp_so3(dt0 * (rates.w0 + 0.5 * dt0 * rates.slope0)).toRotationMatrix();
+      const Mat3 row1 = exp_so3(dt1 * (rates.w1 + 0.5 * dt1 * rates.slope1)).toRotationMatrix();
+      const Vec3 a = refocus(m.from), b = refocus(m.to);
+      pairs.from.col(i) = row0 * a;
+      pairs.to.col(i) = row1 * b;
+      if (x.readout_s != 0) pairs.parallax_scale[i] = 1 + (dt1 - dt0) / length;
+      if (options_.readout) {
+        const Vec3 d0 = m.row_from * (rates.w0 + dt0 * rates.slope0), d1 = m.row_to * (rates.w1 + dt1 * rates.slope1);
+        extra[0].col(i) = d0.cross(pairs.from.col(i)) - p * d1.cross(pairs.to.col(i));
+      }
+      if (options_.focal) extra[1].col(i) = row0 * by_focal(a) - p * (row1 * by_focal(b));
+    }
+    const bool shaped = options_.readout || options_.focal;
+    const auto normals = two_view_normals(pairs, predicted, shaped ? std::span(extra) : std::span<Eigen::Matrix3Xd>{});
+    if (!normals) return false;
+    information = normals->information.topLeftCorner<3, 3>();
+    if (!(information.determinant() > 0)) return false;
+    const Mat3 inverse = information.inverse();
+    residual = inverse * normals->gradient.head<3>();
+    if (shaped) {
+      // Split the joint information into the rotation's residual, which moves with the shape parameters by `by_shape`,
+      // and what is left for them once the rotation is free.
+      const Eigen::Matrix<double, 3, 2> cross = normals->information.topRightCorner<3, 2>();
+      by_shape = inverse * cross;
+      out.shape_information = normals->information.bottomRightCorner<2, 2>() - cross.transpose() * by_shape;
+      out.shape_gradient = normals->gradient.tail<2>() - by_shape.transpose() * normals->gradient.head<3>();
+    }
+    return true;
+  }
+
+  const Problem& problem_;
+  LikelihoodOptions options_;
+  double gyro_density_;
+};
+
+/// All steps, on both cores; each step stands alone, so the result does not depend on the number of threads.
+std::vector<Linear> linearise_all(const Problem& problem, const Model& model, const Parameters& x, std::size_t stride) {
+  const auto& steps = problem.steps;
+  std::vector<Linear> out(steps.size());
+  constexpr std::size_t block = 32;  // with a stride, whole blocks are kept so that neighbours stay neighbours
+  const auto run = [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      if ((i / block) % stride != 0) continue;
+      out[i] = model.linearise(steps[i], x);
+      out[i].first = i == 0 || !out[i - 1].used || steps[i].t0 - steps[i - 1].t1 > 0.01 * problem.step_s ||
+                     steps[i].t0 < steps[i - 1].t1 - 0.01 * problem.step_s;
+    }
+  };
+  // `first` looks at the step before: halves meet at a step that is simply said to be first.
+  const std::size_t half = steps.size() / 2;
+  if (steps.size() < 256) {
+    run(0, steps.size());
+    return out;
+  }
+  auto second = std::async(std::launch::async, run, half, steps.size());
+  run(0, half);
+  second.get();
+  return out;
+}
+
+struct Normals {
+  Normal h = Normal::Zero();
+  State g = State::Zero();
+  double squares = 0;  ///< of the whitened, weighted residuals
+  double rows = 0;     ///< weighted count of them
+};
+
+double weight_of(double misfit) {
+  const double r = misfit / robust_sigmas;
+  return 1 / (1 + r * r * r * r);
+}
+
+/// Rms size of the residuals in claimed sigmas, by the median (χ²(3) has median 2.366).
+double residual_scale(const std::vector<Linear>& all) {
+  std::vector<double> m;
+  for (const Linear& l : all)
+    if (l.used) m.push_back((l.root * l.rows.col(unknowns)).squaredNorm());
+  if (m.empty()) return 1;
+  const auto mid = m.begin() + static_cast<std::ptrdiff_t>(m.size() / 2);
+  std::nth_element(m.begin(), mid, m.end());
+  return std::max(1e-9, std::sqrt(*mid / 2.366));
+}
+
+/// Visits every used step with its rows whitened in itself (claimed covariance), robustly weighted and whitened in
+/// time.
+template <class Visit>
+void for_each_whitened(const std::vector<Linear>& all, const Arma11& errors, double scale, Visit&& visit) {
+  Whitener<Rows> whiten(errors);
+  bool broken = true;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Linear& l = all[i];
+    if (!l.used) {
+      broken = true;
+      continue;
+    }
+    Rows rows = l.root * l.rows;
+    const double misfit = rows.col(unknowns).norm() / (scale * std::sqrt(3.0));
+    const double w = weight_of(misfit);
+    rows *= std::sqrt(w);
+    if (broken || l.first) whiten.restart();
+    broken = false;
+    visit(i, l, w, whiten(rows));
+  }
+}
+
+Normals accumulate(const std::vector<Linear>& all, const Arma11& errors, double scale) {
+  Normals n;
+  for_each_whitened(all, errors, scale, [&](std::size_t, const Linear& l, double w, const Rows& rows) {
+    const auto j = rows.leftCols<unknowns>();
+    n.h.noalias() += j.transpose() * j;
+    n.g.noalias() += j.transpose() * rows.col(unknowns);
+    n.h.bottomRightCorner<2, 2>() += w * l.shape_information;
+    n.g.tail<2>() += w * l.shape_gradient;
+    n.squares += rows.col(unknowns).squaredNorm();
+    n.rows += 3 * w;
+  });
+  return n;
+}
+
+/// Holds what is not asked for, and lends a little stiffness to what the motion may not show (the rotation about the
+/// only axis turned about).
+void add_priors(Normals& n, const LikelihoodOptions& options) {
+  const double hold = 1e30;
+  for (int k = 0; k < 3; ++k) n.h(rotation + k, rotation + k) += 1.0, n.h(bias + k, bias + k) += 1.0;
+  if (!options.drift) n.h(drift, drift) += hold;
+  if (!options.readout) n.h(readout, readout) += hold;
+  if (!options.focal) n.h(focal, focal) += hold;
+}
+
+Arma11 measure_correlation(const std::vector<Linear>& all, double scale) {
+  std::vector<std::vector<double>> stretches;
+  std::size_t kept = 0;
+  std::array<std::vector<double>, 3> current;
+  const auto flush = [&] {
+    for (auto& axis : current)
+      if (axis.size() > 1) stretches.push_back(std::move(axis));
+    current = {};
+  };
+  for (const Linear& l : all) {
+    if (!l.used || l.first) flush();
+    if (!l.used) continue;
+    const Vec3 u = l.root * l.rows.col(unknowns) / scale;
+    const double w = std::sqrt(weight_of(u.norm() / std::sqrt(3.0)));
+    for (int k = 0; k < 3; ++k) current[static_cast<std::size_t>(k)].push_back(w * u[k]);
+    // Some ten thousand steps fix two parameters to a percent.
+    if (++kept > 12000) break;
+  }
+  flush();
+  return fit_arma11(stretches);
+}
+
+void step_by(Parameters& x, const State& dx) {
+  x.offset_s += dx[offset];
+  x.drift += dx[drift];
+  x.R_reference_sensor = x.R_reference_sensor * exp_so3(dx.segment<3>(rotation)).toRotationMatrix();
+  x.bias += dx.segment<3>(bias);
+  x.readout_s += dx[readout];
+  x.log_focal += dx[focal];
+}
+
+/// No step may leave the neighbourhood in which the linearisation means something.
+State limited(State dx, double lobe_s) {
+  double shrink = 1;
+  const auto limit = [&](double value, double most) {
+    if (std::abs(value) > most) shrink = std::min(shrink, most / std::abs(value));
+  };
+  limit(dx[offset], 0.5 * lobe_s);
+  limit(dx.segment<3>(rotation).norm(), 0.3);
+  limit(dx[readout], 0.02);
+  limit(dx[focal], 0.2);
+  return shrink * dx;
+}
+
+/// Share of the sensor's rotation that the prediction explains, and the outliers' share.
+void judge(const Problem& problem, const std::vector<Linear>& all, double scale, LikelihoodFit& fit) {
+  double squares = 0, total = 0, n = 0, outliers = 0;
+  Vec3 mean = Vec3::Zero();
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (all[i].used) mean += problem.steps[i].rotation, n += 1;
+  if (n == 0) return;
+  mean /= n;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!all[i].used) continue;
+    const double misfit = (all[i].root * all[i].rows.col(unknowns)).norm() / (scale * std::sqrt(3.0));
+    if (misfit > outlier_sigmas) {
+      outliers += 1;
+      continue;
+    }
+    squares += all[i].rows.col(unknowns).squaredNorm();
+    total += (problem.steps[i].rotation - mean).squaredNorm();
+  }
+  fit.used = static_cast<std::size_t>(n);
+  fit.outliers = outliers / n;
+  fit.explained = total > 0 ? 1 - squares / total : 0;
+}
+
+/// Offset alone in [first, last), everything else held.
+WindowOffset window_offset(const std::vector<Rows>& whitened, const Problem& problem, std::size_t first,
+                           std::size_t last, double s2) {
+  double h = 0, g = 0;
+  for (std::size_t i = first; i < last; ++i) {
+    h += whitened[i].col(offset).squaredNorm();
+    g += whitened[i].col(offset).dot(whitened[i].col(unknowns));
+  }
+  const double t = 0.5 * (problem.steps[first].t0 + problem.steps[last - 1].t1);
+  return h > 0 ? WindowOffset{t, g / h, std::sqrt(s2 / h)} : WindowOffset{t, 0, 0};
+}
+
+/// What whitening has left of correlation widens the offset's covariance: Σ over lags of the scores' autocovariance.
+double score_inflation(const std::vector<Rows>& whitened, const Normal& covariance_shape) {
+  // The offset's own score once the other unknowns are fitted.
+  const State direction = covariance_shape.row(offset).transpose() / covariance_shape(offset, offset);
+  std::vector<double> score;
+  for (const Rows& r : whitened) score.push_back((r.leftCols<unknowns>() * direction).dot(r.col(unknowns)));
+  double power = 0;
+  for (const double s : score) power += s * s;
+  if (power <= 0 || score.size() < 40) return 1;
+  const auto lags = static_cast<std::size_t>(std::min(12.0, 1.5 * std::cbrt(static_cast<double>(score.size()))));
+  double sum = power;
+  for (std::size_t lag = 1; lag <= lags; ++lag) {
+    double c = 0;
+    for (std::size_t i = lag; i < score.size(); ++i) c += score[i] * score[i - lag];
+    sum += 2 * (1 - static_cast<double>(lag) / static_cast<double>(lags + 1)) * c;
+  }
+  // The ratio itself scatters by some √(4·lags/3n); less than that is no evidence.
+  const double ratio = sum / power;
+  const double scatter = std::sqrt(4.0 * static_cast<double>(lags) / (3.0 * static_cast<double>(score.size())));
+  return ratio > 1 + 2 * scatter ? std::sqrt(ratio) : 1;
+}
+
+double largest_autocorrelation(const std::vector<Rows>& whitened) {
+  double worst = 0, power = 0;
+  for (const Rows& r : whitened) power += r.col(unknowns).squaredNorm();
+  if (power <= 0) return 0;
+  for (std::size_t lag = 1; lag <= 8 && lag < whitened.size(); ++lag) {
+    double c = 0;
+    for (std::size_t i = lag; i < whitened.size(); ++i)
+      c += whitened[i].col(unknowns).dot(whitened[i - lag].col(unknowns));
+    worst = std::max(worst, std::abs(c / power) * std::sqrt(3 * static_cast<double>(whitened.size())));
+  }
+  return worst;
+}
+
+void keep_residuals(const Problem& problem, const std::vector<Linear>& all, LikelihoodFit& fit) {
+  const std::size_t stride = std::max<std::size_t>(1, all.size() / 1500);
+  for (std::size_t i = 0; i < all.size(); i += stride) {
+    if (!all[i].used) continue;
+    fit.residual_t_s.push_back(0.5 * (problem.steps[i].t0 + problem.steps[i].t1));
+    fit.residual_rad.push_back(all[i].rows.col(unknowns));
+  }
+}
+
+}  // namespace
+
+LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, const LikelihoodOptions& options,
+                                  double readout_start_s) {
+  LikelihoodFit fit;
+  const Model model(problem, options);
+  Parameters x{start.offset_s, start.drift, start.centre_s, start.R_reference_sensor, Vec3::Zero(), readout_start_s, 0};
+  Arma11 errors;
+  double scale = 1;
+  std::vector<Linear> all;
+  Normals n;
+  LikelihoodOptions held = options;
+
+  // A long recording settles on a part of it first; the whole then takes one or two steps.
+  std::size_t stride = std::max<std::size_t>(1, problem.steps.size() / 6000);
+  constexpr int most = 40;
+  for (fit.iterations = 0; fit.iterations < most; ++fit.iterations) {
+    // Readout and focal length join once the offset has settled: far from it they would chase its error.
+    const bool shapes = fit.iterations >= 4 || readout_start_s != 0;
+    held.readout = options.readout && shapes;
+    held.focal = options.focal && shapes;
+    all = linearise_all(problem, model, x, stride);
+    scale = residual_scale(all);
+    if (fit.iterations >= 3) errors = measure_correlation(all, scale);
+    n = accumulate(all, errors, scale);
+    if (n.rows < 30) return fit;
+    const double s2 = n.squares / std::max(1.0, n.rows - double{unknowns});
+    add_priors(n, held);
+    const State dx = limited(n.h.ldlt().solve(n.g), start.lobe_s);
+    if (!dx.allFinite()) return fit;
+    step_by(x, dx);
+    const Normal covariance = n.h.inverse() * s2;
+    const double sigma = std::sqrt(std::max(0.0, covariance(offset, offset)));
+    const bool settled = std::abs(dx[offset]) < 0.01 * sigma + 1e-11 && dx.segment<3>(rotation).norm() < 1e-5 &&
+                         std::abs(dx[readout]) < 1e-7;
+    if (!settled || fit.iterations < 5) continue;
+    if (stride == 1) {
+      fit.converged = true;
+      break;
+    }
+    stride = 1;
+  }
+
+  // The last linearisation is at the solution (or next to it): everything that is said of it comes from there.
+  all = linearise_all(problem, model, x, 1);
+  scale = residual_scale(all);
+  n = accumulate(all, errors, scale);
+  const double s2 = n.squares / std::max(1.0, n.rows - double{unknowns});
+  add_priors(n, options);
+  const Normal shape = n.h.inverse();
+  std::vector<Rows> whitened(all.size(), Rows::Zero());
+  std::vector<Rows> dense;
+  for_each_whitened(all, errors, scale, [&](std::size_t i, const Linear&, double, const Rows& rows) {
+    whitened[i] = rows;
+    dense.push_back(rows);
+  });
+  fit.inflation = score_inflation(dense, shape);
+  fit.whiteness = largest_autocorrelation(dense);
+  const Normal covariance = s2 * fit.inflation * fit.inflation * shape;
+
+  judge(problem, all, scale, fit);
+  keep_residuals(problem, all, fit);
+  fit.errors = errors;
+  fit.misfit = scale;
+  // The centre moves to where offset and drift are uncorrelated: there the offset is known best.
+  const double move = options.drift ? -covariance(offset, drift) / covariance(drift, drift) : 0;
+  fit.centre_s = x.centre_s + move;
+  fit.offset_s = x.offset_s + move * x.drift;
+  fit.offset_sigma_s = std::sqrt(std::max(0.0, covariance(offset, offset) + move * covariance(offset, drift)));
+  fit.drift = x.drift;
+  fit.drift_sigma = options.drift ? std::sqrt(covariance(drift, drift)) : 0;
+  fit.R_reference_sensor = x.R_reference_sensor;
+  fit.gyro_bias = x.bias;
+  fit.rotation_sigma =
+      (x.R_reference_sensor * covariance.block<3, 3>(rotation, rotation) * x.R_reference_sensor.transpose())
+          .diagonal()
+          .cwiseSqrt();
+  fit.readout_s = x.readout_s;
+  fit.log_focal = x.log_focal;
+  fit.readout_sigma_s = options.readout ? std::sqrt(covariance(readout, readout)) : 0;
+  fit.log_focal_sigma = options.focal ? std::sqrt(covariance(focal, focal)) : 0;
+
+  const std::size_t count = problem.steps.size();
+  const double window_s2 = s2 * fit.inflation * fit.inflation;
+  fit.halves[0] = window_offset(whitened, problem, 0, count / 2, window_s2);
+  fit.halves[1] = window_offset(whitened, problem, count / 2, count, window_s2);
+  const std::size_t windows = std::clamp<std::size_t>(count / 60, 2, 24);
+  for (std::size_t w = 0; w < windows; ++w)
+    fit.windows.push_back(window_offset(whitened, problem, w * count / windows, (w + 1) * count / windows, window_s2));
+  return fit;
+}
+
+}  // namespace takt::alignment

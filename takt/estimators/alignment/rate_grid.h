@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <vector>
+
+#include "takt/estimators/alignment/problem.h"
+
+namespace takt::alignment {
+
+/// Mean angular rates over the cells of a uniform grid; a cell that is not wholly covered by measurements is invalid.
+struct RateGrid {
+  double begin_s = 0;
+  double cell_s = 0;
+  std::vector<Vec3> rate;     ///< rad/s, own frame; zero where invalid
+  std::vector<double> valid;  ///< 1 or 0
+
+  [[nodiscard]] double centre_s(std::size_t i) const { return begin_s + (static_cast<double>(i) + 0.5) * cell_s; }
+};
+
+/// The sensor's increments spread evenly over their lengths.
+[[nodiscard]] RateGrid sensor_grid(const Problem& problem, double cell_s);
+/// The gyro averaged over `window_s` around each cell's centre, to match the length of the sensor's steps.
+[[nodiscard]] RateGrid reference_grid(const Problem& problem, double cell_s, double window_s);
+
+}  // namespace takt::alignment
