@@ -38,7 +38,8 @@ Vec3 log_so3(const Quat& q) {
 
 Mat3 right_jacobian(const Vec3& phi) {
   const double a = phi.norm(), a2 = a * a;
-  const double b = a < small_angle ? 0.5 - a2 / 24 * (1 - a2 / 30) : (1 - std::cos(a)) / a2;
+  const double sin_half = std::sin(0.5 * a);
+  const double b = a < small_angle ? 0.5 - a2 / 24 * (1 - a2 / 30) : 2 * sin_half * sin_half / a2;
   const double c = a < small_angle ? 1.0 / 6 - a2 / 120 * (1 - a2 / 42) : (a - std::sin(a)) / (a2 * a);
   const Mat3 h = hat(phi);
   return Mat3::Identity() - b * h + c * h * h;
@@ -46,8 +47,8 @@ Mat3 right_jacobian(const Vec3& phi) {
 
 Mat3 right_jacobian_inverse(const Vec3& phi) {
   const double a = phi.norm(), a2 = a * a;
-  const double c =
-      a < small_angle ? 1.0 / 12 + a2 / 720 * (1 + a2 / 42) : 1 / a2 - (1 + std::cos(a)) / (2 * a * std::sin(a));
+  // cot(a/2), not (1 + cos a)/sin a, which is 0/0 at π.
+  const double c = a < small_angle ? 1.0 / 12 + a2 / 720 * (1 + a2 / 42) : 1 / a2 - 1 / (2 * a * std::tan(0.5 * a));
   const Mat3 h = hat(phi);
   return Mat3::Identity() + 0.5 * h + c * h * h;
 }

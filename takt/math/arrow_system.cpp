@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/math/arrow_system.h"
+
+#include <Eigen/Cholesky>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace takt {
+
+ArrowSystem::ArrowSystem(int band_size, int bandwidth, int border_size) : band_(band_size, bandwidth) {
+  if (border_size < 0) throw std::invalid_argument("ArrowSystem: border of " + std::to_string(border_size));
+  edge_ = Eigen::MatrixXd::Zero(band_size, border_size);
+  corner_ = Eigen::MatrixXd::Zero(border_size, border_size);
+  gradient_ = Eigen::VectorXd::Zero(band_size + border_size);
+}
+
+Eigen::VectorXd ArrowSystem::diagonal() const {
+  Eigen::VectorXd d(size());
+  for (int j = 0; j < band_size(); ++j) d[j] = band_(j, j);
+  d.tail(border_size()) = corner_.diagonal();
+  return d;
+}
+
+Eigen::MatrixXd ArrowSystem::dense() const {
+  Eigen::MatrixXd h(size(), size());
+  h << band_.dense(), edge_, edge_.transpose(), corner_;
+  return h;
+}
+
+void ArrowSystem::set_zero() {
+  band_.set_zero();
+  edge_.setZero();
+  corner_.setZero();
+  gradient_.setZero();
+}
+
+void ArrowSystem::accumulate(std::span<const Block> blocks, const Eigen::Ref<const Eigen::MatrixXd>& h,
+                             const Eigen::Ref<const Eigen::VectorXd>& g) {
+  check(blocks, h.rows(), g.size());
+  const int n = band_size();
+  int row = 0;
+  for (const Block& a : blocks) {
+    gradient_.segment(a.first, a.size) += g.segment(row, a.size);
+    int column = 0;
+    for (const Block& b : blocks) {
+      const auto part = h.block(row, column, a.size, b.size);
+      if (a.first >= n && b.first >= n)
+        corner_.block(a.first - n, b.first - n, a.size, b.size) += part;
+      else if (b.first >= n)
+        edge_.block(a.first, b.first - n, a.size, b.size) += part;
+      else if (a.first < n)
+        add_to_band(a.first, b.first, part);
+      column += b.size;
+    }
+    row += a.size;
+  }
+}
+
+void ArrowSystem::accumulate_residual(std::span<const Block> blocks, const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+                                      const Eigen::Ref<const Eigen::VectorXd>& residual) {
+  if (jacobian.rows() != residual.size())
+    throw std::invalid_argument("ArrowSystem: " + std::to_string(jacobian.rows()) + " rows of Jacobian for " +
+                                std::to_string(residual.size()) + " residuals");
+  accumulate(blocks, jacobian.transpose() * jacobian, jacobian.transpose() * residual);
+}
+
+/// The part of a block at (row, column) that lies on or below the diagonal.
+void ArrowSystem::add_to_band(int row, int column,
+                              const Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>& part) {
+  for (int j = 0; j < part.cols(); ++j) {
+    const int skip = std::max(0, column + j - row);
+    if (skip >= part.rows()) break;
+    const auto below = static_cast<int>(part.rows()) - skip;
+    band_.column(column + j).segment(row + skip - column - j, below) += part.col(j).tail(below);
+  }
+}
+
+void ArrowSystem::check(std::span<const Block> blocks, Eigen::Index rows, Eigen::Index gradient_rows) const {
+  int total = 0, lowest = band_size(), highest = -1;
+  for (const Block& b : blocks) {
+    const bool in_band = b.first + b.size <= band_size(), in_border = b.first >= band_size();
+    if (b.first < 0 || b.size < 0 || b.first + b.size > size() || !(in_band || in_border))
+      throw std::invalid_argument("ArrowSystem: block [" + std::to_string(b.first) + ", " +
+                                  std::to_string(b.first + b.size) + ") in a band of " + std::to_string(band_size()) +
+                                  " and a border of " + std::to_string(border_size()));
+    total += b.size;
+    if (!in_border && b.size > 0) {
+      lowest = std::min(lowest, b.first);
+      highest = std::max(highest, b.first + b.size - 1);
+    }
+  }
+  if (total != rows || total != gradient_rows)
+    throw std::invalid_argument("ArrowSystem: blocks of " + std::to_string(total) + " variables, but a matrix of " +
+                                std::to_string(rows) + " and a gradient of " + std::to_string(gradient_rows));
+  if (highest - lowest > band_.bandwidth())
+    throw std::invalid_argument("ArrowSystem: variables " + std::to_string(lowest) + " and " + std::to_string(highest) +
+                                " are further apart than the bandwidth " + std::to_string(band_.bandwidth()));
+}
+
+ArrowSystem::Solution ArrowSystem::solve(double damping) const {
+  const int n = band_size(), m = border_size();
+  Solution s;
+  BandedMatrix band = band_;
+  for (int j = 0; j < n && damping != 0; ++j) band(j, j) *= 1 + damping;
+  s.band_ = BandedCholesky(std::move(band));
+  if (!s.band_.ok()) return s;
+
+  // Schur complement of the band: with half_edge = L⁻¹E, S = C − half_edgeᵀ·half_edge.
+  s.half_edge_ = s.band_.half_solve(edge_);
+  Eigen::MatrixXd schur = corner_;
+  schur.diagonal() *= 1 + damping;
+  const Eigen::VectorXd before = schur.diagonal();
+  schur.noalias() -= s.half_edge_.transpose() * s.half_edge_;
+  // Scaled to a unit diagonal of C, so that a pivot at rounding level means: the band can do all that this variable
+  // does.
+  const Eigen::VectorXd scale = before.cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
+  const Eigen::LLT<Eigen::MatrixXd> factor(Eigen::MatrixXd(scale.asDiagonal() * schur * scale.asDiagonal()));
+  const double rounding = size() * std::numeric_limits<double>::epsilon();
+  const Eigen::MatrixXd l = factor.matrixL();
+  s.border_ok_ = factor.info() == Eigen::Success && (l.diagonal().array().square() > rounding).all();
+  if (!s.border_ok_) return s;
+  s.border_covariance_ = scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(m, m)) * scale.asDiagonal();
+
+  const Eigen::VectorXd half = s.band_.half_solve(gradient_.head(n));
+  s.step_.resize(n + m);
+  s.step_.tail(m) = -(s.border_covariance_ * (gradient_.tail(m) - s.half_edge_.transpose() * half));
+  s.step_.head(n) = -s.band_.back_solve(half + s.half_edge_ * s.step_.tail(m));
+  return s;
+}
+
+double ArrowSystem::Solution::variance(const Eigen::VectorXd& f) const {
+  const Eigen::Index n = half_edge_.rows(), m = half_edge_.cols();
+  if (f.size() != n + m)
+    throw std::invalid_argument("ArrowSystem: a functional of " + std::to_string(f.size()) + " for a system of " +
+                                std::to_string(n + m));
+  const Eigen::VectorXd half = band_.half_solve(f.head(n));
+  const Eigen::VectorXd rest = f.tail(m) - half_edge_.transpose() * half;
+  return half.squaredNorm() + rest.dot(border_covariance_ * rest);
+}
+
+}  // namespace takt
