@@ -16,8 +16,8 @@ enum class RateUnit { automatic, rad_s, deg_s };
 struct OpenOptions {
   TimeUnit time_unit = TimeUnit::automatic;  ///< used where a file's time unit is not fixed by its format
   RateUnit rate_unit = RateUnit::automatic;  ///< likewise for rates
-  std::optional<double> from_s;              ///< cut, s since the first stamp of each clock; nothing: from the start
-  std::optional<double> to_s;                ///< nothing: to the end
+  std::optional<double> from_s = {};         ///< cut, s since the first stamp of each clock; nothing: from the start
+  std::optional<double> to_s = {};           ///< nothing: to the end
 };
 
 /// One row of the table of formats. A new format is one file pair `<format>.{h,cpp}` with these two functions and a row

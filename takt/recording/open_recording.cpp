@@ -4,13 +4,20 @@
 #include <filesystem>
 
 #include "takt/error.h"
+#include "takt/recording/asl.h"
+#include "takt/recording/csv_log.h"
 #include "takt/recording/cut.h"
+#include "takt/recording/tracks_folder.h"
 
 namespace takt {
 
 const std::vector<Format>& formats() {
   // Folders first, then files by their first bytes; a bare log is tried last because any text might be one.
-  static const std::vector<Format> table{};
+  static const std::vector<Format> table{
+      {"ASL folder", looks_like_asl, read_asl},
+      {"tracks folder", looks_like_tracks_folder, read_tracks_folder},
+      {"CSV log", looks_like_csv_log, read_csv_log},
+  };
   return table;
 }
 
