@@ -51,6 +51,8 @@ class FrameReader {
   virtual ~FrameReader() = default;
   /// The next frame that can be decoded, or nothing at the end. Broken frames are skipped and counted.
   virtual std::optional<Frame> next() = 0;
+  /// A hint that frames before `index` are not wanted: a reader with random access need not decode them.
+  virtual void skip_to(std::size_t index) { static_cast<void>(index); }
   [[nodiscard]] std::size_t broken() const { return broken_; }
 
  protected:

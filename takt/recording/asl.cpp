@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/recording/asl.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "takt/error.h"
+#include "takt/recording/csv_log.h"
+#include "takt/recording/files.h"
+#include "takt/recording/picture.h"
+#include "takt/recording/text_table.h"
+#include "takt/recording/yaml_fields.h"
+
+namespace fs = std::filesystem;
+
+namespace takt {
+
+namespace {
+
+const char* const shared_clock = "mav0";  // the format gives all sensors of a recording one time base
+
+fs::path root_of(const fs::path& path) {
+  std::error_code failed;
+  return fs::is_directory(path / "mav0", failed) ? path / "mav0" : path;
+}
+
+/// Folders `<kind>0`, `<kind>1`, ... that hold a data.csv, by number.
+std::vector<fs::path> sensors(const fs::path& root, const std::string& kind) {
+  std::vector<std::pair<unsigned long, fs::path>> found;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(root, failed)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(kind) || name.size() > kind.size() + 6) continue;
+    const std::string number = name.substr(kind.size());
+    if (number.empty() || number.find_first_not_of("0123456789") != std::string::npos) continue;
+    if (fs::exists(entry.path() / "data.csv", failed)) found.emplace_back(std::stoul(number), entry.path());
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<fs::path> out;
+  for (auto& [number, folder] : found) out.push_back(std::move(folder));
+  return out;
+}
+
+/// The file's text, entered in `files`; empty where there is none.
+std::string read_if_there(const fs::path& file, std::vector<std::string>& files) {
+  std::error_code failed;
+  if (!fs::exists(file, failed)) return {};
+  files.push_back(file.string());
+  return read_file(file.string());
+}
+
+ExposureInstant exposure_instant(const YamlFields& sensor, const std::string& name, std::vector<std::string>& notes) {
+  const auto stamp = sensor.text("stamp");
+  if (!stamp) {
+    notes.push_back(name + ": no key 'stamp' in its sensor.yaml; stamps taken as the middle of the exposure");
+    return ExposureInstant::middle;
+  }
+  if (*stamp == "start") return ExposureInstant::start;
+  if (*stamp == "end") return ExposureInstant::end;
+  if (*stamp != "middle") sensor.fail("stamp", fmt::format("is '{}', not start, middle or end", *stamp));
+  return ExposureInstant::middle;
+}
+
+Shutter shutter(const YamlFields& sensor) {
+  const auto kind = sensor.text("shutter");
+  if (!kind) return Shutter::unknown;
+  if (*kind == "global") return Shutter::global;
+  if (*kind != "rolling") sensor.fail("shutter", fmt::format("is '{}', not global or rolling", *kind));
+  return Shutter::rolling;
+}
+
+/// A duration (s) between 0 and a minute; 0 where it is not said.
+double duration_s(const YamlFields& sensor, const std::string& key) {
+  const double value = sensor.number(key).value_or(0);
+  if (!(value >= 0 && value < 60)) sensor.fail(key, "is not a duration in seconds");
+  return value;
+}
+
+void read_camera_sensor(CameraStream& camera, const YamlFields& sensor, std::vector<std::string>& notes) {
+  camera.T_body_cam = sensor.transform("T_BS");
+  std::string note;
+  camera.model = camera_model(sensor, note);
+  if (!note.empty()) notes.push_back(camera.name + ": " + note);
+  camera.timing.instant = exposure_instant(sensor, camera.name, notes);
+  camera.timing.shutter = shutter(sensor);
+  camera.timing.exposure_s = duration_s(sensor, "exposure_s");
+  camera.timing.readout_s = duration_s(sensor, "readout_s");
+  if (camera.model) camera.timing.rows = camera.model->height;
+}
+
+/// TUM-VI: `t_ns,exposure_ns` for the frames of one camera. Frames without a row keep exposure 0, "unknown".
+std::vector<double> read_exposures(std::string_view text, const std::string& where, const std::vector<Stamp>& stamps) {
+  std::unordered_map<std::int64_t, double> exposure_at;
+  TableRows rows(text, where);
+  if (rows.shape().columns < 2) throw Error("has 1 column; t_ns,exposure_ns expected", where, "export it again");
+  while (rows.next()) {
+    const double exposure_s = rows.number(1) * 1e-9;
+    if (!(exposure_s >= 0 && exposure_s < 60))
+      throw Error("exposure is not in nanoseconds", rows.place(), "0 to 6e10 expected");
+    exposure_at[rows.time_ns(0, 0)] = exposure_s;
+  }
+  std::vector<double> exposures_s(stamps.size(), 0.0);
+  for (std::size_t i = 0; i < stamps.size(); ++i)
+    if (const auto found = exposure_at.find(to_ns(stamps[i])); found != exposure_at.end())
+      exposures_s[i] = found->second;
+  return exposures_s;
+}
+
+std::vector<PictureFile> read_frame_list(std::string_view text, const fs::path& folder, CameraStream& camera) {
+  const std::string where = (folder / "data.csv").string();
+  TableRows rows(text, where);
+  if (rows.shape().columns < 2) throw Error("has 1 column; t_ns,filename expected", where, "list the pictures' names");
+  std::vector<PictureFile> pictures;
+  while (rows.next()) {
+    const Stamp stamp = from_ns(rows.time_ns(0, 0));
+    pictures.push_back({camera.stamps.size(), stamp, 0, (folder / "data" / rows.cell(1)).string()});
+    camera.stamps.push_back(stamp);
+  }
+  return pictures;
+}
+
+/// One look at the folder instead of one a picture.
+std::size_t missing_pictures(const std::vector<PictureFile>& pictures, const fs::path& folder) {
+  std::unordered_set<std::string> there;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(folder / "data", failed)) there.insert(entry.path().string());
+  return static_cast<std::size_t>(
+      std::count_if(pictures.begin(), pictures.end(), [&](const PictureFile& p) { return !there.contains(p.path); }));
+}
+
+}  // namespace
+
+bool looks_like_asl(const std::string& path) {
+  const fs::path root = root_of(path);
+  return !sensors(root, "cam").empty() || !sensors(root, "imu").empty();
+}
+
+ImuStream read_asl_imu(std::string_view data_csv, std::string_view sensor_yaml, const std::string& name,
+                       const std::string& folder, std::vector<std::string>& notes) {
+  ImuStream imu = read_imu_table(data_csv, (fs::path(folder) / "data.csv").string());
+  imu.name = name;
+  imu.clock = shared_clock;
+  if (sensor_yaml.empty()) {
+    notes.push_back(name + ": no sensor.yaml, so its noise and mounting are unknown");
+    return imu;
+  }
+  const YamlFields sensor(sensor_yaml, (fs::path(folder) / "sensor.yaml").string());
+  imu.T_body_imu = sensor.transform("T_BS");
+  if (sensor.has("gyroscope_noise_density"))
+    imu.noise = ImuNoise{.gyro_density = sensor.number("gyroscope_noise_density").value_or(0),
+                         .gyro_random_walk = sensor.number("gyroscope_random_walk").value_or(0),
+                         .accel_density = sensor.number("accelerometer_noise_density").value_or(0),
+                         .accel_random_walk = sensor.number("accelerometer_random_walk").value_or(0)};
+  return imu;
+}
+
+CameraStream read_asl_camera(const AslCameraFiles& files, const std::string& name, const std::string& folder,
+                             std::vector<std::string>& notes) {
+  CameraStream camera;
+  camera.name = name;
+  camera.clock = shared_clock;
+  auto pictures = read_frame_list(files.data_csv, folder, camera);
+  if (files.sensor_yaml.empty())
+    notes.push_back(name + ": no sensor.yaml, so intrinsics, exposure and mounting are unknown");
+  else
+    read_camera_sensor(camera, YamlFields(files.sensor_yaml, (fs::path(folder) / "sensor.yaml").string()), notes);
+  if (!files.exposure_csv.empty()) {
+    camera.exposures_s =
+        read_exposures(files.exposure_csv, (fs::path(folder) / "exposure.csv").string(), camera.stamps);
+    const auto unknown = std::count(camera.exposures_s.begin(), camera.exposures_s.end(), 0.0);
+    if (unknown > 0)
+      notes.push_back(
+          fmt::format("{}: {} of {} frames have no exposure in exposure.csv", name, unknown, camera.size()));
+  }
+  for (PictureFile& p : pictures)
+    p.exposure_s = camera.exposures_s.empty() ? camera.timing.exposure_s : camera.exposures_s[p.index];
+  if (const std::size_t missing = missing_pictures(pictures, folder); missing > 0)
+    notes.push_back(fmt::format("{}: {} of {} pictures are missing", name, missing, camera.size()));
+  camera.open = [shared = std::make_shared<const std::vector<PictureFile>>(std::move(pictures))] {
+    return read_pictures(shared);
+  };
+  return camera;
+}
+
+Recording read_asl(const std::string& path, const OpenOptions&) {
+  Recording recording;
+  const fs::path root = root_of(path);
+  for (const fs::path& folder : sensors(root, "imu")) {
+    recording.files.push_back((folder / "data.csv").string());
+    const std::string data = read_file(recording.files.back());
+    const std::string sensor = read_if_there(folder / "sensor.yaml", recording.files);
+    recording.imus.push_back(read_asl_imu(data, sensor, folder.filename().string(), folder.string(), recording.notes));
+  }
+  for (const fs::path& folder : sensors(root, "cam")) {
+    recording.files.push_back((folder / "data.csv").string());
+    const std::string data = read_file(recording.files.back());
+    const std::string sensor = read_if_there(folder / "sensor.yaml", recording.files);
+    const std::string exposure = read_if_there(folder / "exposure.csv", recording.files);
+    recording.cameras.push_back(
+        read_asl_camera({data, sensor, exposure}, folder.filename().string(), folder.string(), recording.notes));
+  }
+  return recording;
+}
+
+}  // namespace takt

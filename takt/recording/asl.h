@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "takt/recording/format.h"
+
+/// The folder of the ASL dataset format (EuRoC, TUM-VI): `mav0/camN`, `mav0/imuN`, or the folder that holds those.
+/// Stamps are ns; every sensor shares one clock. docs/cli.md lists the extra keys of sensor.yaml.
+namespace takt {
+
+[[nodiscard]] bool looks_like_asl(const std::string& path);
+[[nodiscard]] Recording read_asl(const std::string& path, const OpenOptions& options);
+
+/// The text files of one camera folder; the last two may be empty.
+struct AslCameraFiles {
+  std::string_view data_csv;
+  std::string_view sensor_yaml;
+  std::string_view exposure_csv;
+};
+/// From memory; `folder` is where the pictures are and what errors name. What is to be said is added to `notes`.
+[[nodiscard]] CameraStream read_asl_camera(const AslCameraFiles& files, const std::string& name,
+                                           const std::string& folder, std::vector<std::string>& notes);
+[[nodiscard]] ImuStream read_asl_imu(std::string_view data_csv, std::string_view sensor_yaml, const std::string& name,
+                                     const std::string& folder, std::vector<std::string>& notes);
+
+}  // namespace takt

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/recording/open_recording.h"
+
+#include <filesystem>
+
+#include "takt/error.h"
+#include "takt/recording/asl.h"
+#include "takt/recording/csv_log.h"
+#include "takt/recording/cut.h"
+#include "takt/recording/tracks_folder.h"
+
+namespace takt {
+
+const std::vector<Format>& formats() {
+  // Folders first, then files by their first bytes; a bare log is tried last because any text might be one.
+  static const std::vector<Format> table{
+      {"ASL folder", looks_like_asl, read_asl},
+      {"tracks folder", looks_like_tracks_folder, read_tracks_folder},
+      {"CSV log", looks_like_csv_log, read_csv_log},
+  };
+  return table;
+}
+
+namespace {
+
+const Format& format_of(const std::string& path) {
+  std::error_code failed;
+  if (!std::filesystem::exists(path, failed)) throw Error("no such file or folder", path, "check the path");
+  for (const Format& format : formats())
+    if (format.sniff(path)) return format;
+  std::string known;
+  for (const Format& format : formats()) known += (known.empty() ? "" : ", ") + std::string(format.name);
+  const char* kind = std::filesystem::is_directory(path, failed) ? "folder" : "file";
+  throw Error(std::string("no known format of recording in this ") + kind, path, "takt reads: " + known);
+}
+
+}  // namespace
+
+Recording open_recording(const std::string& path, const OpenOptions& options) {
+  const Format& format = format_of(path);
+  Recording recording = format.read(path, options);
+  recording.path = path;
+  recording.format = format.name;
+  cut(recording, options.from_s, options.to_s);
+  return recording;
+}
+
+}  // namespace takt

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/recording/picture.h"
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "takt/error.h"
+#include "takt/recording/files.h"
+
+namespace takt {
+
+namespace {
+
+/// A picture of this many pixels is a broken header, not a camera's.
+constexpr std::size_t most_bytes = 1U << 30;
+
+class PictureReader : public FrameReader {
+ public:
+  explicit PictureReader(std::shared_ptr<const std::vector<PictureFile>> files) : files_(std::move(files)) {}
+
+  std::optional<Frame> next() override {
+    while (place_ < files_->size()) {
+      const PictureFile& file = (*files_)[place_++];
+      GrayImage image = read_picture(file.path);
+      if (!image.empty()) return Frame{file.index, file.stamp, file.exposure_s, std::move(image)};
+      ++broken_;
+    }
+    return std::nullopt;
+  }
+
+  void skip_to(std::size_t index) override {
+    while (place_ < files_->size() && (*files_)[place_].index < index) ++place_;
+  }
+
+ private:
+  std::shared_ptr<const std::vector<PictureFile>> files_;
+  std::size_t place_ = 0;
+};
+
+}  // namespace
+
+GrayImage decode_picture(std::span<const std::byte> encoded) {
+  if (encoded.empty() || encoded.size() > most_bytes) return {};
+  auto pixels = std::make_shared<cv::Mat>();
+  try {
+    // A view: imdecode reads the bytes in place.
+    const cv::Mat bytes(1, static_cast<int>(encoded.size()), CV_8UC1,
+                        const_cast<void*>(static_cast<const void*>(encoded.data())));
+    *pixels = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
+  } catch (const cv::Exception&) {
+    return {};
+  }
+  if (pixels->empty()) return {};
+  return {pixels->cols, pixels->rows, static_cast<std::ptrdiff_t>(pixels->step), pixels->data, pixels};
+}
+
+GrayImage read_picture(const std::string& path) {
+  try {
+    const std::string encoded = read_file(path);
+    return decode_picture(std::as_bytes(std::span(encoded)));
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+std::unique_ptr<FrameReader> read_pictures(std::shared_ptr<const std::vector<PictureFile>> files) {
+  return std::make_unique<PictureReader>(std::move(files));
+}
+
+}  // namespace takt

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/recording/yaml_fields.h"
+
+#include <fmt/core.h>
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+
+#include "takt/error.h"
+#include "takt/recording/decimal.h"
+
+namespace takt {
+
+struct YamlFields::Node {
+  YAML::Node yaml;
+};
+
+namespace {
+
+constexpr std::size_t most_text = 1U << 20;  // a sensor's description; more is some other file
+
+std::string place(const std::string& where, const YAML::Mark& mark) {
+  return mark.is_null() ? where : fmt::format("{}:{}", where, mark.line + 1);
+}
+
+/// yaml-cpp's parser recurses over nesting and is quadratic in it; a sensor file has two or three levels.
+bool too_deep(std::string_view text) {
+  int open = 0;
+  std::size_t dashes = 0;
+  for (const char c : text) {
+    open += c == '[' || c == '{' ? 1 : c == ']' || c == '}' ? -1 : 0;
+    dashes = c == '-' || c == '?' || c == ':' || c == ' ' ? dashes + 1 : 0;
+    if (open > 16 || dashes > 400) return true;
+  }
+  return false;
+}
+
+void append_numbers(const YAML::Node& node, std::vector<double>& out, bool& good) {
+  if (node.IsSequence()) {
+    for (const YAML::Node& item : node) append_numbers(item, out, good);
+  } else if (const auto value = node.IsScalar() ? finite_double(node.Scalar()) : std::nullopt) {
+    out.push_back(*value);
+  } else {
+    good = false;
+  }
+}
+
+}  // namespace
+
+YamlFields::YamlFields(std::unique_ptr<Node> node, std::string where)
+    : node_(std::move(node)), where_(std::move(where)) {}
+YamlFields::~YamlFields() = default;
+YamlFields::YamlFields(YamlFields&&) noexcept = default;
+
+YamlFields::YamlFields(std::string_view text, std::string where)
+    : node_(std::make_unique<Node>()), where_(std::move(where)) {
+  const char* const advice = "correct the file, or take it from a recording of the same device";
+  if (text.size() > most_text || too_deep(text))
+    throw Error("is too large or too deep for a sensor's YAML", where_, advice);
+  std::string plain(text);
+  if (plain.starts_with("%YAML")) plain.insert(0, "#");  // OpenCV's header is no YAML directive
+  try {
+    node_->yaml = YAML::Load(plain);
+  } catch (const YAML::Exception& e) {
+    throw Error("is not YAML: " + e.msg, place(where_, e.mark), advice);
+  }
+  if (!node_->yaml.IsMap()) throw Error("is not a YAML map of keys and values", where_, advice);
+}
+
+bool YamlFields::has(const std::string& key) const {
+  const YAML::Node& map = node_->yaml;
+  return map.IsMap() && map[key] && !map[key].IsNull();
+}
+
+YamlFields YamlFields::under(const std::string& key) const {
+  auto node = std::make_unique<Node>();
+  if (has(key)) {
+    const YAML::Node& map = node_->yaml;
+    node->yaml = map[key];
+    if (!node->yaml.IsMap()) fail(key, "is not a map of keys and values");
+  }
+  return {std::move(node), where_};
+}
+
+void YamlFields::fail(const std::string& key, const std::string& problem) const {
+  const YAML::Node& map = node_->yaml;
+  const YAML::Mark mark = map.IsMap() && map[key] ? map[key].Mark() : YAML::Mark::null_mark();
+  throw Error(fmt::format("{} {}", key, problem), place(where_, mark), "correct this key");
+}
+
+std::optional<double> YamlFields::number(const std::string& key) const {
+  if (!has(key)) return std::nullopt;
+  const YAML::Node& map = node_->yaml;
+  const auto value = map[key].IsScalar() ? finite_double(map[key].Scalar()) : std::nullopt;
+  if (!value) fail(key, "is not a number");
+  return value;
+}
+
+std::optional<std::string> YamlFields::text(const std::string& key) const {
+  if (!has(key)) return std::nullopt;
+  const YAML::Node& map = node_->yaml;
+  if (!map[key].IsScalar()) fail(key, "is not a word");
+  return map[key].Scalar();
+}
+
+std::optional<std::vector<double>> YamlFields::numbers(const std::string& key) const {
+  if (!has(key)) return std::nullopt;
+  const YAML::Node& map = node_->yaml;
+  std::vector<double> out;
+  bool good = map[key].IsSequence();
+  if (good) append_numbers(map[key], out, good);
+  if (!good) fail(key, "is not a list of finite numbers");
+  return out;
+}
+
+std::optional<Mat4> YamlFields::transform(const std::string& key) const {
+  if (!has(key)) return std::nullopt;
+  const YAML::Node& map = node_->yaml;
+  const auto values = map[key].IsMap() ? under(key).numbers("data") : numbers(key);
+  if (!values || values->size() != 16) fail(key, "is not a 4 by 4 matrix");
+  const Mat4 t = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values->data());
+  const Mat3 r = t.topLeftCorner<3, 3>();
+  if (!((r * r.transpose() - Mat3::Identity()).norm() < 1e-3) || !(r.determinant() > 0))
+    fail(key, "has no rotation in its upper left 3 by 3");
+  return t;
+}
+
+std::optional<CameraModel> camera_model(const YamlFields& fields, std::string& note) {
+  const auto intrinsics = fields.numbers("intrinsics");
+  if (!intrinsics) return std::nullopt;
+  const std::string projection = fields.text("camera_model").value_or("pinhole");
+  if (projection != "pinhole") {
+    note = fmt::format("its camera model '{}' is unknown and left out", projection);
+    return std::nullopt;
+  }
+  if (intrinsics->size() != 4) fields.fail("intrinsics", "needs 4 numbers: fx, fy, cx, cy");
+  CameraModel model;
+  model.fx = (*intrinsics)[0], model.fy = (*intrinsics)[1], model.cx = (*intrinsics)[2], model.cy = (*intrinsics)[3];
+  if (!(model.fx > 0) || !(model.fy > 0)) fields.fail("intrinsics", "needs positive focal lengths");
+  if (const auto resolution = fields.numbers("resolution")) {
+    const auto is_size = [](double n) { return n >= 1 && n <= 65535; };
+    if (resolution->size() != 2 || !is_size((*resolution)[0]) || !is_size((*resolution)[1]))
+      fields.fail("resolution", "needs 2 numbers: width, height");
+    model.width = static_cast<int>((*resolution)[0]);
+    model.height = static_cast<int>((*resolution)[1]);
+  }
+
+  const std::string name = fields.text("distortion_model").value_or("none");
+  if (name == "radial-tangential" || name == "radtan" || name == "plumb_bob")
+    model.distortion = Distortion::radtan;
+  else if (name == "equidistant" || name == "fisheye" || name == "kannala_brandt")
+    model.distortion = Distortion::equidistant;
+  else if (name != "none" && !name.empty()) {
+    note = fmt::format("its distortion model '{}' is unknown, so the camera model is left out", name);
+    return std::nullopt;
+  }
+  const char* const key = fields.has("distortion_coefficients") ? "distortion_coefficients" : "distortion_coeffs";
+  const auto coefficients = fields.numbers(key).value_or(std::vector<double>{});
+  if (model.distortion == Distortion::none) return model;
+  if (coefficients.size() < 4) fields.fail(key, "needs 4 numbers");
+  for (std::size_t i = 4; i < coefficients.size(); ++i)
+    if (coefficients[i] != 0) {
+      note = "its distortion has more than 4 coefficients, so the camera model is left out";
+      return std::nullopt;
+    }
+  std::copy_n(coefficients.begin(), 4, model.coeffs.begin());
+  return model;
+}
+
+}  // namespace takt
