@@ -32,11 +32,6 @@ class Random {
     const double radius = std::sqrt(-2 * std::log1p(-uniform()));
     return radius * std::cos(2 * std::numbers::pi * uniform());
   }
-  /// Standard normal, drawn again until it is within ±limit.
-  double normal_within(double limit) {
-    for (;;)
-      if (const double n = normal(); std::abs(n) <= limit) return n;
-  }
   bool chance(double probability) { return uniform() < probability; }
 
  private:
