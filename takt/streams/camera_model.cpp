@@ -2,6 +2,7 @@
 #include "takt/streams/camera_model.h"
 
 #include <cmath>
+#include <limits>
 
 namespace takt {
 
@@ -24,6 +25,19 @@ Distorted radtan(const Vec2& n, const std::array<double, 4>& c) {
   out.jacobian << radial + 2 * x * x * d_radial + 2 * c[2] * y + 6 * c[3] * x, cross, cross,
       radial + 2 * y * y * d_radial + 2 * c[3] * x + 6 * c[2] * y;
   return out;
+}
+
+/// The r² up to which the radial polynomial rises: the smallest positive root of 1 + 3k1·r² + 5k2·r⁴.
+/// Beyond it the polynomial folds back (and may rise again), so that a point far outside would appear inside.
+double radtan_fold(const std::array<double, 4>& c) {
+  const double a = 5 * c[1], b = 3 * c[0], discriminant = b * b - 4 * a;
+  if (discriminant < 0) return std::numeric_limits<double>::infinity();
+  const double root = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
+  const double first = 1 / root, second = root / a;  // a may be 0: then `second` is no root
+  double fold = std::numeric_limits<double>::infinity();
+  for (const double s : {first, second})
+    if (s > 0 && s < fold) fold = s;
+  return fold;
 }
 
 /// Kannala–Brandt: r = θ(1 + k1θ² + k2θ⁴ + k3θ⁶ + k4θ⁸), and dr/dθ.
@@ -51,9 +65,7 @@ std::optional<Vec2> CameraModel::project(const Vec3& p) const {
       d = n;
     } else {
       const Distorted out = radtan(n, coeffs);
-      const double r2 = n.squaredNorm();
-      const double radial_slope = 1 + r2 * (3 * coeffs[0] + 5 * coeffs[1] * r2);
-      if (radial_slope <= 0 || out.jacobian.determinant() <= 0) return std::nullopt;
+      if (n.squaredNorm() >= radtan_fold(coeffs) || out.jacobian.determinant() <= 0) return std::nullopt;
       d = out.point;
     }
   }

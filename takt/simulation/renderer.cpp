@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/simulation/renderer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "takt/simulation/parallel.h"
+#include "takt/simulation/random.h"
+
+namespace takt {
+
+namespace {
+
+constexpr int rows_a_strip = 16;
+constexpr int most_instants = 16;
+
+/// Standard normal values at the middles of 4096 equally likely intervals: noise by table is as fast as memory.
+const std::array<float, 4096>& normal_quantiles() {
+  static const std::array<float, 4096> table = [] {
+    std::array<float, 4096> out{};
+    double x = -5;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const double p = (static_cast<double>(i) + 0.5) / static_cast<double>(out.size());
+      for (int round = 0; round < 50; ++round) {  // Newton from the quantile before
+        const double error = 0.5 * std::erfc(-x / std::numbers::sqrt2) - p;
+        const double step = error / (std::exp(-0.5 * x * x) / std::sqrt(2 * std::numbers::pi));
+        x -= std::clamp(step, -0.5, 0.5);
+        if (std::abs(step) < 1e-12) break;
+      }
+      out[i] = static_cast<float>(x);
+    }
+    return out;
+  }();
+  return table;
+}
+
+}  // namespace
+
+Renderer::Renderer(std::shared_ptr<const Trajectory> truth, const SimulatedCamera& camera,
+                   std::shared_ptr<const Room> room, ImageNoise noise, std::uint64_t seed)
+    : truth_(std::move(truth)),
+      camera_(camera),
+      model_(camera.model()),
+      room_(std::move(room)),
+      seed_(Random(seed, "image noise").bits()) {
+  for (int grey = 0; grey < 256; ++grey)
+    sigma_.push_back(static_cast<float>(std::sqrt(noise.read * noise.read + noise.shot * grey)));
+  bearings_.reserve(static_cast<std::size_t>(model_.width) * static_cast<std::size_t>(model_.height));
+  for (int y = 0; y < model_.height; ++y)
+    for (int x = 0; x < model_.width; ++x) {
+      const auto b = model_.bearing(Vec2(x, y));
+      bearings_.push_back(b ? Eigen::Vector3f(b->cast<float>()) : Eigen::Vector3f(0, 0, 0));
+    }
+}
+
+Renderer::Pose Renderer::pose_at(double t_s) const {
+  const Eigen::Isometry3d pose = truth_->world_from_body(t_s) * Eigen::Isometry3d(camera_.T_body_cam);
+  return {pose.linear().cast<float>(), pose.translation().cast<float>()};
+}
+
+int Renderer::instants(const Exposure& e) const {
+  const double near_m = 1.5;  // most of what is seen lies farther
+  const double rate = truth_->omega_body(e.middle_s).norm() + truth_->velocity_world(e.middle_s).norm() / near_m;
+  return std::clamp(static_cast<int>(std::ceil(rate * e.exposure_s * model_.fx)), 1, most_instants);
+}
+
+GrayImage Renderer::render(std::size_t index, const Exposure& e, int threads) const {
+  const auto width = static_cast<std::size_t>(model_.width);
+  const auto pixels = std::make_shared<std::vector<std::uint8_t>>(width * static_cast<std::size_t>(model_.height));
+  const int n = instants(e);
+  const double line_delay = camera_.timing().line_delay_s();
+  const auto instant = [&](int i) { return e.middle_s + ((i + 0.5) / n - 0.5) * e.exposure_s; };
+  std::vector<Pose> global;
+  if (line_delay == 0)
+    for (int i = 0; i < n; ++i) global.push_back(pose_at(instant(i)));
+
+  const int strips = (model_.height + rows_a_strip - 1) / rows_a_strip;
+  parallel_for(strips, threads, [&](int strip) {
+    std::vector<float> sum(width);
+    const int end = std::min(model_.height, (strip + 1) * rows_a_strip);
+    for (int y = strip * rows_a_strip; y < end; ++y) {
+      std::fill(sum.begin(), sum.end(), 0.0f);
+      for (int i = 0; i < n; ++i)
+        add_row(y, line_delay == 0 ? global[static_cast<std::size_t>(i)] : pose_at(instant(i) + y * line_delay),
+                sum.data());
+      finish_row(y, index, sum.data(), 1.0f / static_cast<float>(n),
+                 pixels->data() + static_cast<std::size_t>(y) * width);
+    }
+  });
+
+  GrayImage image;
+  image.width = model_.width;
+  image.height = model_.height;
+  image.stride = model_.width;
+  image.pixels = pixels->data();
+  image.owner = pixels;
+  return image;
+}
+
+void Renderer::add_row(int y, const Pose& pose, float* sum) const {
+  const Eigen::Vector3f* bearings = bearings_.data() + static_cast<std::ptrdiff_t>(y) * model_.width;
+  const Eigen::Vector3f half = room_->half_extent_m.cast<float>();
+  const auto per_m = static_cast<float>(1 / room_->texel_m);
+  for (int x = 0; x < model_.width; ++x) {
+    const Eigen::Vector3f d = pose.rotation * bearings[x];
+    // The wall that the ray leaves the box through is the nearest of the three that it heads for.
+    int axis = 0;
+    float nearest = std::numeric_limits<float>::infinity();
+    for (int i = 0; i < 3; ++i) {
+      const float distance = (std::copysign(half[i], d[i]) - pose.position[i]) / d[i];
+      const bool nearer = distance < nearest;
+      axis = nearer ? i : axis;
+      nearest = nearer ? distance : nearest;
+    }
+    if (!(nearest < std::numeric_limits<float>::infinity())) continue;  // a pixel without a bearing stays black
+    const int u = Room::u_axis(axis), v = Room::v_axis(axis);
+    const Texture& wall = room_->faces[static_cast<std::size_t>(2 * axis + (d[axis] > 0 ? 1 : 0))];
+    sum[x] += wall.at((pose.position[u] + nearest * d[u] + half[u]) * per_m,
+                      (pose.position[v] + nearest * d[v] + half[v]) * per_m);
+  }
+}
+
+void Renderer::finish_row(int y, std::size_t index, const float* sum, float weight, std::uint8_t* out) const {
+  const auto& normal = normal_quantiles();
+  const std::uint64_t row_seed = mix64(seed_ ^ mix64(index * 0x10001 + static_cast<std::uint64_t>(y) * 0x9e3779b1));
+  std::uint64_t bits = 0;
+  for (int x = 0; x < model_.width; ++x) {
+    if (x % 5 == 0) bits = mix64(row_seed + static_cast<std::uint64_t>(x));
+    const float grey = std::clamp(weight * sum[x], 0.0f, 255.0f);
+    const float noisy = grey + sigma_[static_cast<std::size_t>(grey)] * normal[bits & 4095];
+    bits >>= 12;
+    out[x] = static_cast<std::uint8_t>(std::clamp(noisy + 0.5f, 0.0f, 255.0f));
+  }
+}
+
+}  // namespace takt

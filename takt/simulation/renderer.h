@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "takt/simulation/camera.h"
+#include "takt/simulation/room.h"
+
+namespace takt {
+
+/// Noise of the sensor in grey levels: variance = read² + shot·grey.
+struct ImageNoise {
+  double read = 1.0;
+  double shot = 0.02;
+};
+
+/// Pictures of a room from a moving camera: one ray a pixel and instant; the exposure is averaged over as many instants
+/// as the picture moves by pixels, and each row of a rolling shutter has its own pose.
+/// Immutable: `render` may run on many threads at once, and a frame depends on nothing but the seed and its index.
+class Renderer {
+ public:
+  Renderer(std::shared_ptr<const Trajectory> truth, const SimulatedCamera& camera, std::shared_ptr<const Room> room,
+           ImageNoise noise, std::uint64_t seed);
+
+  /// `threads` share the rows (0: as many as there are cores); the picture is the same for any number.
+  [[nodiscard]] GrayImage render(std::size_t index, const Exposure& exposure, int threads) const;
+
+ private:
+  /// From camera to world, in the precision of the ray casting.
+  struct Pose {
+    Eigen::Matrix3f rotation;
+    Eigen::Vector3f position;
+  };
+  [[nodiscard]] Pose pose_at(double t_s) const;
+  [[nodiscard]] int instants(const Exposure& exposure) const;
+  void add_row(int y, const Pose& pose, float* sum) const;
+  void finish_row(int y, std::size_t index, const float* sum, float weight, std::uint8_t* out) const;
+
+  std::shared_ptr<const Trajectory> truth_;
+  SimulatedCamera camera_;
+  CameraModel model_;
+  std::shared_ptr<const Room> room_;
+  std::uint64_t seed_;
+  std::vector<float> sigma_;               ///< noise by grey level
+  std::vector<Eigen::Vector3f> bearings_;  ///< one a pixel; zero where the lens sees nothing
+};
+
+}  // namespace takt
