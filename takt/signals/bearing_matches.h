@@ -12,7 +12,9 @@ namespace takt {
 class BearingMatches {
  public:
   BearingMatches(const CameraModel& model, const FrameTiming& timing, int image_height)
-      : model_(model), height_(image_height), first_row_(timing.row == RowReference::first ? 0 : 0.5 * (image_height - 1)) {}
+      : model_(model),
+        height_(image_height),
+        first_row_(timing.row == RowReference::first ? 0 : 0.5 * (image_height - 1)) {}
 
   /// `sigma_px` is that of one position on one axis. Nothing where the camera model has no bearing.
   [[nodiscard]] std::optional<BearingMatch> match(const Vec2& from_px, const Vec2& to_px, double sigma_px) const;

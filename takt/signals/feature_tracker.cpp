@@ -59,8 +59,8 @@ struct Grid {
   [[nodiscard]] std::size_t cell_of(const cv::Point2f& p) const {
     const int x = std::clamp(static_cast<int>(p.x * static_cast<float>(columns) / static_cast<float>(size_px.width)), 0,
                              columns - 1);
-    const int y = std::clamp(static_cast<int>(p.y * static_cast<float>(rows) / static_cast<float>(size_px.height)), 0,
-                             rows - 1);
+    const int y =
+        std::clamp(static_cast<int>(p.y * static_cast<float>(rows) / static_cast<float>(size_px.height)), 0, rows - 1);
     return static_cast<std::size_t>(y * columns + x);
   }
   [[nodiscard]] cv::Rect cell(std::size_t i) const {
@@ -163,9 +163,9 @@ void FeatureTracker::State::build_pyramid(const GrayImage& image) {
     tracks.clear();
     size = working.size();
   }
-  current.top_level = cv::buildOpticalFlowPyramid(working, current.planes, {options.window_px, options.window_px},
-                                                  options.levels - 1, true, cv::BORDER_REFLECT_101, cv::BORDER_CONSTANT,
-                                                  false);
+  current.top_level =
+      cv::buildOpticalFlowPyramid(working, current.planes, {options.window_px, options.window_px}, options.levels - 1,
+                                  true, cv::BORDER_REFLECT_101, cv::BORDER_CONSTANT, false);
 }
 
 FeatureTracker::State::Followed FeatureTracker::State::follow(const FlowPrediction& predict) const {

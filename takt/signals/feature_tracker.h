@@ -13,13 +13,13 @@
 namespace takt {
 
 struct FeatureTrackerOptions {
-  int features = 200;                     ///< kept alive, spread over the image
-  int window_px = 15;                     ///< side of the patch that is matched, at working size
-  int levels = 4;                         ///< of the image pyramid; each one doubles the motion that can be followed
-  int full_size_width_px = 1000;          ///< wider images are halved until they are not wider: that is the working size
-  double forward_backward_px = 0.5;       ///< how far tracking there and back may miss its start, at working size
-  double contrast_per_px = 1.0;           ///< weakest grey-level gradient (rms over a patch) that still is a corner
-  double fewer_than_share = 0.85;         ///< new corners are sought when fewer than this share is alive
+  int features = 200;                ///< kept alive, spread over the image
+  int window_px = 15;                ///< side of the patch that is matched, at working size
+  int levels = 4;                    ///< of the image pyramid; each one doubles the motion that can be followed
+  int full_size_width_px = 1000;     ///< wider images are halved until they are not wider: that is the working size
+  double forward_backward_px = 0.5;  ///< how far tracking there and back may miss its start, at working size
+  double contrast_per_px = 1.0;      ///< weakest grey-level gradient (rms over a patch) that still is a corner
+  double fewer_than_share = 0.85;    ///< new corners are sought when fewer than this share is alive
   double prediction_failed_below = 0.35;  ///< share of survivors below which a predicted flow is tried again without
 };
 

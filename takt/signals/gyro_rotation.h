@@ -10,9 +10,9 @@ namespace takt {
 struct GyroRotationOptions {
   double shortest_bin_s = 0.010;
   double longest_bin_s = 0.040;
-  double fewest_samples = 6;     ///< a bin holds about as many, unless the motion is too fast for that
-  double bins_per_period = 6;    ///< of the motion's bandwidth: a bin is never longer than 1/(6·bandwidth)
-  double dither_samples = 1;     ///< full width by which bin edges are scattered, in sample periods
+  double fewest_samples = 6;   ///< a bin holds about as many, unless the motion is too fast for that
+  double bins_per_period = 6;  ///< of the motion's bandwidth: a bin is never longer than 1/(6·bandwidth)
+  double dither_samples = 1;   ///< full width by which bin edges are scattered, in sample periods
   std::uint64_t seed = 1;
 };
 

@@ -18,11 +18,11 @@ enum class PairOutcome { measured, too_few_matches, unexplained };
 
 struct PairRotation {
   PairOutcome outcome = PairOutcome::too_few_matches;
-  Vec3 rotation = Vec3::Zero();         ///< R_from_to as in RotationIncrement
-  Mat3 information = Mat3::Zero();      ///< 1/rad², for the sigma that the matches came with, or the measured one
-  std::vector<BearingMatch> matches;    ///< inliers
-  double explained_share = 0;           ///< inliers among all matches
-  double sigma_ratio = 1;               ///< measured scatter over the matches' sigma_rad
+  Vec3 rotation = Vec3::Zero();       ///< R_from_to as in RotationIncrement
+  Mat3 information = Mat3::Zero();    ///< 1/rad², for the sigma that the matches came with, or the measured one
+  std::vector<BearingMatch> matches;  ///< inliers
+  double explained_share = 0;         ///< inliers among all matches
+  double sigma_ratio = 1;             ///< measured scatter over the matches' sigma_rad
 };
 
 /// How the camera turned between two frames, robust against outliers, the camera's own translation included.
