@@ -2,19 +2,45 @@
 #include "takt/signals/pair_rotation.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <tuple>
+#include <utility>
+
+#include "takt/motion/two_view.h"
 
 namespace takt {
 
 namespace {
 
-double median(std::vector<double> v) {
-  const auto mid = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), mid, v.end());
+/// As TwoViewFit::misfit means it.
+constexpr double outlier_sigmas = 4;
+
+BearingPairs columns(const std::vector<BearingMatch>& matches) {
+  BearingPairs pairs;
+  const auto n = static_cast<Eigen::Index>(matches.size());
+  pairs.from.resize(3, n);
+  pairs.to.resize(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    pairs.from.col(i) = matches[static_cast<std::size_t>(i)].from.cast<double>();
+    pairs.to.col(i) = matches[static_cast<std::size_t>(i)].to.cast<double>();
+  }
+  return pairs;
+}
+
+double median_sigma(const std::vector<BearingMatch>& matches) {
+  std::vector<double> sigmas;
+  for (const BearingMatch& m : matches) sigmas.push_back(m.sigma_rad);
+  const auto mid = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
+  std::nth_element(sigmas.begin(), mid, sigmas.end());
   return *mid;
+}
+
+std::vector<BearingMatch> inliers(const std::vector<BearingMatch>& matches, const TwoViewFit& fit) {
+  std::vector<BearingMatch> kept;
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    if (fit.misfit[static_cast<Eigen::Index>(i)] < outlier_sigmas) kept.push_back(matches[i]);
+  return kept;
 }
 
 }  // namespace
@@ -22,59 +48,64 @@ double median(std::vector<double> v) {
 PairRotation rotation_of_pair(const std::vector<BearingMatch>& matches, const PairRotationOptions& options) {
   PairRotation out;
   if (matches.size() < options.fewest_matches) return out;
-  Mat3 R = Mat3::Identity();
-  std::vector<double> norm(matches.size());
-  double scale = 1;
-  Mat3 information = Mat3::Zero();
-  for (int round = 0; round < 12; ++round) {
-    information.setZero();
-    Vec3 gradient = Vec3::Zero();
-    for (std::size_t i = 0; i < matches.size(); ++i) {
-      const BearingMatch& m = matches[i];
-      const Vec3 b = m.to.cast<double>();
-      const Vec3 r = R.transpose() * m.from.cast<double>() - b;
-      norm[i] = r.norm() / (std::sqrt(2.0) * m.sigma_rad);
-      const double cauchy = round == 0 ? 1 : 1 / (1 + std::pow(norm[i] / (3 * scale), 2));
-      const double w = cauchy / (2 * std::pow(m.sigma_rad, 2));
-      information += w * hat(b).transpose() * hat(b);
-      gradient += w * b.cross(r);
-    }
-    // R exp(e) b ≈ R(b − b × e): the step that makes R·b follow `from`.
-    R = R * exp_so3(information.ldlt().solve(gradient));
-    scale = std::max(1e-3, median(norm) / 1.1774);  // the median of a Rayleigh variable
-  }
-  out.rotation = log_so3(Quat(R));
-  out.sigma_ratio = scale;
-  const double used = options.sigma_is_known ? 1 : scale;
-  out.information = information / (used * used);
-  for (std::size_t i = 0; i < matches.size(); ++i)
-    if (norm[i] < 4 * scale) {
-      out.matches.push_back(matches[i]);
-      if (!options.sigma_is_known) out.matches.back().sigma_rad *= static_cast<float>(scale);
-    }
-  out.explained_share = static_cast<double>(out.matches.size()) / static_cast<double>(matches.size());
-  out.outcome = out.explained_share >= options.explained_share_least ? PairOutcome::measured : PairOutcome::unexplained;
+  out.outcome = PairOutcome::unexplained;
+  auto fit = fit_two_view(columns(matches));
+  if (!fit) return out;
+  out.explained_share = fit->explained;
+  out.matches = inliers(matches, *fit);
+  if (out.explained_share < options.explained_share_least || out.matches.size() < options.fewest_matches) return out;
+
+  // A median of residuals with a quarter of outliers among them takes the noise for half as large again.
+  if (out.matches.size() < matches.size()) fit = fit_two_view(columns(out.matches));
+  if (!fit) return out;
+  out.rotation = log_so3(fit->rotation);
+  out.sigma_ratio = fit->sigma_rad / median_sigma(out.matches);
+  if (out.sigma_ratio > options.sigma_ratio_most) return out;
+  out.outcome = PairOutcome::measured;
+  // The fit weighs by the noise that it measured; where the noise is known, that is put right.
+  const double correction = options.sigma_is_known ? out.sigma_ratio : 1;
+  out.information = fit->information * (correction * correction);
+  if (!options.sigma_is_known)
+    for (BearingMatch& m : out.matches) m.sigma_rad *= static_cast<float>(out.sigma_ratio);
   return out;
 }
 
-std::vector<BearingMatch> spread_over_view(std::vector<BearingMatch> matches, std::size_t count) {
-  if (matches.size() <= count) return matches;
-  // One from each cell of the view in turn, until there are enough.
-  constexpr double cell_rad = 0.1;
-  std::map<std::pair<int, int>, std::size_t> in_cell;
-  std::vector<std::pair<std::size_t, std::size_t>> turn;  // (how many its cell gave before, index)
+namespace {
+
+struct Turn {
+  std::size_t given_before;  ///< by the same cell of the view
+  std::size_t index;
+  auto operator<=>(const Turn&) const = default;
+};
+
+/// In which turn each match would be taken, if every cell of the view gave one match a turn; and how many cells there
+/// are.
+std::pair<std::vector<Turn>, std::size_t> take_turns(const std::vector<BearingMatch>& matches, double cell_rad) {
+  std::map<std::pair<int, int>, std::size_t> given;
+  std::vector<Turn> turns;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const Eigen::Vector3f& b = matches[i].from;
     const double x = std::atan2(b.x(), b.z()), y = std::atan2(b.y(), std::hypot(b.x(), b.z()));
     const std::pair cell(static_cast<int>(std::floor(x / cell_rad)), static_cast<int>(std::floor(y / cell_rad)));
-    turn.emplace_back(in_cell[cell]++, i);
+    turns.push_back({given[cell]++, i});
   }
-  std::stable_sort(turn.begin(), turn.end());
-  turn.resize(count);
-  std::sort(turn.begin(), turn.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return {turns, given.size()};
+}
+
+}  // namespace
+
+std::vector<BearingMatch> spread_over_view(std::vector<BearingMatch> matches, std::size_t count) {
+  if (matches.size() <= count) return matches;
+  // Cells so large that each gives about two.
+  double cell_rad = 0.03;
+  auto [turns, cells] = take_turns(matches, cell_rad);
+  while (2 * cells > count && cell_rad < 3) std::tie(turns, cells) = take_turns(matches, cell_rad *= 1.5);
+  std::sort(turns.begin(), turns.end());
+  turns.resize(count);
+  std::sort(turns.begin(), turns.end(), [](const Turn& a, const Turn& b) { return a.index < b.index; });
   std::vector<BearingMatch> chosen;
   chosen.reserve(count);
-  for (const auto& [before, i] : turn) chosen.push_back(matches[i]);
+  for (const Turn& t : turns) chosen.push_back(matches[t.index]);
   return chosen;
 }
 

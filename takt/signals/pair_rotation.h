@@ -11,7 +11,8 @@ struct PairRotationOptions {
   std::size_t fewest_matches = 12;     ///< below this nothing is said about the rotation
   std::size_t stored_matches = 100;    ///< kept for the estimators, spread over the view
   double explained_share_least = 0.5;  ///< share of matches that rotation + translation must explain
-  bool sigma_is_known = false;         ///< the matches' sigma_rad are measured, else only their ratios count
+  double sigma_ratio_most = 12;        ///< more scatter than this many times the expected is a motion not understood
+  bool sigma_is_known = false;         ///< the matches' sigma_rad are their noise, else a first guess to be measured
 };
 
 enum class PairOutcome { measured, too_few_matches, unexplained };
