@@ -83,8 +83,10 @@ TEST(Layering, AnUpwardIncludeIsFound) {
 }
 
 TEST(Layering, EveryFileSaysItsLicence) {
-  for (const char* top : {"takt", "cli", "tests", "bench"})
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(TAKT_SOURCE_DIR) / top)) {
+  for (const char* top : {"takt", "cli", "tests", "bench"}) {
+    const fs::path room = fs::path(TAKT_SOURCE_DIR) / top;
+    if (!fs::exists(room)) continue;
+    for (const auto& entry : fs::recursive_directory_iterator(room)) {
       const std::string ext = entry.path().extension();
       if (ext != ".h" && ext != ".cpp") continue;
       std::ifstream in(entry.path());
@@ -92,6 +94,7 @@ TEST(Layering, EveryFileSaysItsLicence) {
       std::getline(in, line);
       EXPECT_EQ(line, "// SPDX-License-Identifier: Apache-2.0") << entry.path();
     }
+  }
 }
 
 }  // namespace
