@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <Eigen/Core>
 #include <complex>
 #include <cstddef>
 #include <span>
@@ -13,17 +14,25 @@ namespace takt {
 [[nodiscard]] std::vector<double> from_spectrum(std::span<const std::complex<double>> half, std::size_t size);
 [[nodiscard]] std::size_t next_power_of_two(std::size_t n);
 
-/// Correlation coefficient of two series with holes, for every lag: r(L) of a[i] against b[i + L] over the pairs where
-/// both have a value, means removed over just these pairs.
-struct MaskedCorrelation {
+/// Three-axis series with holes: `valid` is 1 where there is a value, 0 where not.
+struct MaskedVectors {
+  std::vector<Eigen::Vector3d> value;
+  std::vector<double> valid;
+};
+
+/// Correlation of two vector series under the best rotation between them, for every lag: r(L) over the pairs
+/// a[i], b[i + L] where both have a value, in [0, 1]. The rotation maximises Σ b·R·a, so what is left is
+/// (σ1 + σ2 ± σ3) of the 3×3 correlation matrix over the norms: no axis needs to be known, and unlike |a| against |b|
+/// nothing is lost to the norm. Means are removed over the whole of each series.
+struct VectorCorrelation {
   std::ptrdiff_t first_lag = 0;
   std::vector<double> r;      ///< 0 where fewer than `min_overlap` pairs meet
   std::vector<double> pairs;  ///< how many pairs meet
   double memory = 1;          ///< samples that carry the information of one: Σ ρa(k)·ρb(k) [Bartlett1935]
+  double axes = 1;            ///< how many independent axes the motion has, 1 to 3
 };
-/// `a_valid`, `b_valid`: 1 where the series has a value, 0 where not. Lags in [first, last].
-[[nodiscard]] MaskedCorrelation masked_correlation(std::span<const double> a, std::span<const double> a_valid,
-                                                   std::span<const double> b, std::span<const double> b_valid,
+/// Lags in [first, last].
+[[nodiscard]] VectorCorrelation vector_correlation(const MaskedVectors& a, const MaskedVectors& b,
                                                    std::ptrdiff_t first_lag, std::ptrdiff_t last_lag,
                                                    double min_overlap);
 

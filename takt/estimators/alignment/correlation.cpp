@@ -16,12 +16,15 @@ namespace {
 /// A match worth looking at must rest on this many sensor steps.
 constexpr double min_steps = 20;
 constexpr std::size_t max_candidates = 12;
-constexpr std::size_t max_cells = 1u << 20;
+constexpr std::size_t max_cells = 1u << 17;
 
-double evidence(double pairs, double memory, double r) {
-  if (r <= 0) return 0;
-  return -0.5 * pairs / memory * std::log1p(-std::min(r * r, 1 - 1e-12));
-}
+/// Log likelihood ratio of "one is the other, turned" against "nothing to do with each other".
+struct EvidenceScale {
+  double per_pair;  ///< independent numbers that a pair of cells brings
+  [[nodiscard]] double operator()(double pairs, double r) const {
+    return -0.5 * per_pair * pairs * std::log1p(-std::min(r * r, 1 - 1e-12));
+  }
+};
 
 struct VectorFit {
   double r = 0;
@@ -82,18 +85,11 @@ Grids make_grids(const Problem& p) {
   return {sensor_grid(p, cell), reference_grid(p, cell, p.step_s), cell};
 }
 
-std::vector<double> magnitudes(const RateGrid& g) {
-  std::vector<double> out;
-  out.reserve(g.rate.size());
-  for (const Vec3& w : g.rate) out.push_back(w.norm());
-  return out;
-}
-
 /// Local maxima of the evidence, best first, none within a lobe of a better one.
-std::vector<std::ptrdiff_t> candidates(const MaskedCorrelation& c, std::ptrdiff_t lobe) {
+std::vector<std::ptrdiff_t> candidates(const VectorCorrelation& c, const EvidenceScale& evidence, std::ptrdiff_t lobe) {
   std::vector<std::size_t> tops;
   std::vector<double> score(c.r.size());
-  for (std::size_t i = 0; i < c.r.size(); ++i) score[i] = evidence(c.pairs[i], c.memory, c.r[i]);
+  for (std::size_t i = 0; i < c.r.size(); ++i) score[i] = evidence(c.pairs[i], c.r[i]);
   for (std::size_t i = 0; i < score.size(); ++i)
     if (score[i] > 0 && (i == 0 || score[i] >= score[i - 1]) && (i + 1 == score.size() || score[i] > score[i + 1]))
       tops.push_back(i);
@@ -111,18 +107,18 @@ std::vector<std::ptrdiff_t> candidates(const MaskedCorrelation& c, std::ptrdiff_
   return out;
 }
 
-/// Cells from the top of the sensor's own |ω| correlation down to half of it.
+/// Cells from the top of the sensor's own correlation down to half of it.
 std::ptrdiff_t lobe_half_width(const RateGrid& g) {
-  const auto m = magnitudes(g);
-  const auto reach = static_cast<std::ptrdiff_t>(std::min<std::size_t>(m.size() - 1, 4000));
-  const MaskedCorrelation c = masked_correlation(m, g.valid, m, g.valid, 0, reach, 3);
+  const MaskedVectors own{g.rate, g.valid};
+  const auto reach = static_cast<std::ptrdiff_t>(std::min<std::size_t>(g.rate.size() - 1, 4000));
+  const VectorCorrelation c = vector_correlation(own, own, 0, reach, 3);
   for (std::size_t i = 0; i < c.r.size(); ++i)
     if (c.r[i] < 0.5) return std::max<std::ptrdiff_t>(1, static_cast<std::ptrdiff_t>(i));
   return std::max<std::ptrdiff_t>(1, reach);
 }
 
 /// Climbs from a lag to the top of the vector correlation nearby.
-Peak refine(const Grids& g, std::ptrdiff_t start, std::ptrdiff_t reach, double memory, std::ptrdiff_t lowest,
+Peak refine(const Grids& g, std::ptrdiff_t start, std::ptrdiff_t reach, const EvidenceScale& evidence, std::ptrdiff_t lowest,
             std::ptrdiff_t highest) {
   const std::size_t n = g.sensor.rate.size();
   std::ptrdiff_t best = start;
@@ -133,7 +129,7 @@ Peak refine(const Grids& g, std::ptrdiff_t start, std::ptrdiff_t reach, double m
       for (const std::ptrdiff_t trial : {best - step, best + step}) {
         if (trial < lowest || trial > highest || std::abs(trial - start) > reach) continue;
         const VectorFit f = vector_fit(g.sensor, g.reference, trial, 0, n);
-        if (evidence(f.pairs, memory, f.r) <= evidence(at.pairs, memory, at.r)) continue;
+        if (evidence(f.pairs, f.r) <= evidence(at.pairs, at.r)) continue;
         best = trial, at = f, moved = true;
         break;
       }
@@ -144,7 +140,7 @@ Peak refine(const Grids& g, std::ptrdiff_t start, std::ptrdiff_t reach, double m
   Peak peak;
   peak.offset_s = g.offset_of(static_cast<double>(best) + parabola_top(before, at.r, after));
   peak.r = at.r;
-  peak.evidence = evidence(at.pairs, memory, at.r);
+  peak.evidence = evidence(at.pairs, at.r);
   peak.R_reference_sensor = at.rotation;
   return peak;
 }
@@ -165,7 +161,7 @@ double peak_sigma(const Grids& g, const Peak& peak, double memory) {
   return slope_power > 0 ? std::sqrt(fit.residual * memory / slope_power) : 0;
 }
 
-void thin_curve(const MaskedCorrelation& c, const Grids& g, Correlation& out) {
+void thin_curve(const VectorCorrelation& c, const Grids& g, Correlation& out) {
   // Keep the largest of each run, so that no peak is lost.
   const std::size_t run = std::max<std::size_t>(1, c.r.size() / 1500);
   for (std::size_t i = 0; i < c.r.size(); i += run) {
@@ -199,13 +195,14 @@ Correlation correlate(const Problem& problem, double from_s, double to_s) {
   out.searched_from_s = g.offset_of(static_cast<double>(lowest));
   out.searched_to_s = g.offset_of(static_cast<double>(highest));
 
-  const MaskedCorrelation c = masked_correlation(magnitudes(g.sensor), g.sensor.valid, magnitudes(g.reference),
-                                                 g.reference.valid, lowest, highest, min_cells);
+  const VectorCorrelation c = vector_correlation({g.sensor.rate, g.sensor.valid}, {g.reference.rate, g.reference.valid},
+                                                 lowest, highest, min_cells);
+  const EvidenceScale evidence{c.axes / c.memory};
   thin_curve(c, g, out);
   const std::ptrdiff_t lobe = lobe_half_width(g.sensor);
   out.lobe_s = static_cast<double>(lobe) * g.cell_s;
-  for (const std::ptrdiff_t lag : candidates(c, 2 * lobe)) {
-    const Peak peak = refine(g, lag, lobe, c.memory, lowest, highest);
+  for (const std::ptrdiff_t lag : candidates(c, evidence, 2 * lobe)) {
+    const Peak peak = refine(g, lag, lobe, evidence, lowest, highest);
     const bool apart = std::none_of(out.peaks.begin(), out.peaks.end(),
                                     [&](const Peak& p) { return std::abs(p.offset_s - peak.offset_s) < out.lobe_s; });
     if (apart) out.peaks.push_back(peak);
@@ -217,7 +214,8 @@ Correlation correlate(const Problem& problem, double from_s, double to_s) {
     return out;
   }
   const double independent_lags = std::max(1.0, static_cast<double>(highest - lowest + 1) / static_cast<double>(lobe));
-  out.significance = std::log(1e6 * independent_lags);
+  // The rotation is fitted too: three more numbers with which chance can help itself.
+  out.significance = std::log(1e6 * independent_lags) + 3;
   out.sigma_s = peak_sigma(g, out.peaks.front(), c.memory);
   out.rival_margin = std::numeric_limits<double>::infinity();
   if (out.peaks.size() > 1) {
@@ -227,7 +225,7 @@ Correlation correlate(const Problem& problem, double from_s, double to_s) {
       return c.pairs[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, std::ssize(c.pairs) - 1))];
     };
     const double pairs = std::min(pairs_at(out.peaks[0]), pairs_at(out.peaks[1]));
-    out.rival_margin = evidence(pairs, c.memory, out.peaks[0].r) - evidence(pairs, c.memory, out.peaks[1].r);
+    out.rival_margin = evidence(pairs, out.peaks[0].r) - evidence(pairs, out.peaks[1].r);
   }
   return out;
 }

@@ -16,8 +16,9 @@ struct Peak {
   Mat3 R_reference_sensor = Mat3::Identity();
 };
 
-/// The wide search [Mair2011]: |ω| by FFT over every lag first, then all axes with the rotation between the sensors
-/// (Wahba's problem) around the best of them.
+/// The wide search: all axes at once under the best rotation, over every lag by FFT. [Mair2011] correlate |ω| first and
+/// the axes after; fitting the rotation (Wahba's problem) at every lag costs little more and keeps the signs, without
+/// which a weak or short motion is lost.
 struct Correlation {
   std::vector<Peak> peaks;  ///< best first, apart from each other by more than a lobe
   double sigma_s = 0;       ///< of the first peak's offset
@@ -25,7 +26,7 @@ struct Correlation {
   double significance = 0;  ///< evidence that noise alone would reach once in a million searches
   double rival_margin = 0;  ///< evidence of the first over the second at equal overlap; infinite without a second
   double searched_from_s = 0, searched_to_s = 0;  ///< internal offsets
-  std::vector<double> curve_offset_s, curve_r;    ///< |ω| correlation, thinned for a plot
+  std::vector<double> curve_offset_s, curve_r;    ///< correlation, thinned for a plot
   std::string refusal;                            ///< why there is no peak at all; empty if there is one
 };
 

@@ -25,8 +25,8 @@ Panel panel(std::string name, std::string kind, std::string title, std::string c
 }  // namespace
 
 Panel correlation_panel(const Problem& problem, const Correlation& c) {
-  Panel p = panel("correlation", "lines", "Correlation of |ω| against the offset",
-                  "One peak should stand clear of all others; the rotation between the sensors plays no part here.");
+  Panel p = panel("correlation", "lines", "Correlation of the two rates against the offset",
+                  "Under the best rotation between the sensors at each offset; one peak should stand clear of all others.");
   const double base = to_seconds(problem.between_epochs());
   p.x = {"offset", "s", {}, {}};
   for (const double o : c.curve_offset_s) p.x.values.push_back(o + base);
@@ -46,7 +46,7 @@ Panel rates_panel(const Problem& problem, double offset_s, double drift, double 
   Series sensor{problem.signal.name, "rad/s", {}, {}}, reference{"reference", "rad/s", {}, {}};
   // The axis that moves most tells more than the norm: signs count.
   Vec3 power = Vec3::Zero();
-  for (const Step& s : problem.steps) power += (s.rotation / (s.t1 - s.t0)).cwiseAbs2();
+  for (const Step& s : problem.steps) power += (s.apparent / (s.t1 - s.t0)).cwiseAbs2();
   Eigen::Index axis = 0;
   power.maxCoeff(&axis);
   // A stretch that can be read: at most this many steps from the middle of the recording.
@@ -59,7 +59,7 @@ Panel rates_panel(const Problem& problem, double offset_s, double drift, double 
     const double shift = after ? offset_s + drift * (t - centre_s) : (same_clock ? -between : 0);
     const double half = 0.5 * (s.t1 - s.t0);
     p.x.values.push_back(t);
-    sensor.values.push_back(s.rotation[axis] / (s.t1 - s.t0));
+    sensor.values.push_back(s.apparent[axis] / (s.t1 - s.t0));
     const double at = t + shift;
     reference.values.push_back(problem.reference.covers(at - half, at + half)
                                    ? (R.transpose() * log_so3(problem.reference.between(at - half, at + half)))[axis] /

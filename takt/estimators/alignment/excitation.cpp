@@ -38,7 +38,7 @@ Excitation measure_excitation(const Problem& problem) {
   Excitation e;
   const auto& steps = problem.steps;
   e.sensor_rms =
-      principal_rms(steps.size(), [&](std::size_t i) { return Vec3(steps[i].rotation / (steps[i].t1 - steps[i].t0)); });
+      principal_rms(steps.size(), [&](std::size_t i) { return Vec3(steps[i].apparent / (steps[i].t1 - steps[i].t0)); });
   std::vector<double> noise;
   for (const Step& s : steps)
     noise.push_back(std::sqrt(std::max(0.0, s.information.inverse().trace()) / 3) / (s.t1 - s.t0));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <future>
 
 #include "takt/motion/two_view.h"
@@ -306,7 +307,7 @@ void judge(const Problem& problem, const std::vector<Linear>& all, double scale,
   double squares = 0, total = 0, n = 0, outliers = 0;
   Vec3 mean = Vec3::Zero();
   for (std::size_t i = 0; i < all.size(); ++i)
-    if (all[i].used) mean += problem.steps[i].rotation, n += 1;
+    if (all[i].used) mean += problem.steps[i].apparent, n += 1;
   if (n == 0) return;
   mean /= n;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -317,7 +318,7 @@ void judge(const Problem& problem, const std::vector<Linear>& all, double scale,
       continue;
     }
     squares += all[i].rows.col(unknowns).squaredNorm();
-    total += (problem.steps[i].rotation - mean).squaredNorm();
+    total += (problem.steps[i].apparent - mean).squaredNorm();
   }
   fit.used = static_cast<std::size_t>(n);
   fit.outliers = outliers / n;
@@ -415,6 +416,7 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
     const double sigma = std::sqrt(std::max(0.0, covariance(offset, offset)));
     const bool settled = std::abs(dx[offset]) < 0.01 * sigma + 1e-11 && dx.segment<3>(rotation).norm() < 1e-5 &&
                          std::abs(dx[readout]) < 1e-7;
+    if (getenv("DBG")) fprintf(stderr,"it %d off %.6f ms sig %.4f  dx %.2e drift %.2e rot %.2e ro %.2e f %.2e | ar %.3f ma %.3f scale %.2f s2 %.3f\n",fit.iterations,1e3*x.offset_s,1e3*sigma,dx[offset],dx[drift],dx.segment<3>(rotation).norm(),dx[readout],dx[focal],errors.ar,errors.ma,scale,s2);
     if (!settled || fit.iterations < 5) continue;
     if (stride == 1) {
       fit.converged = true;

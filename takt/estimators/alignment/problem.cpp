@@ -18,6 +18,30 @@ Quat rotation_of(const RotationIncrement& increment) {
   return exp_so3(increment.rotation);
 }
 
+/// The rotation that maps bearings best when translation is left out of account: biased by it, but with far less noise
+/// than one that has to tell the two apart, which is what a search needs. Robust by reweighting.
+Vec3 apparent_rotation(const std::vector<BearingMatch>& matches) {
+  Mat3 rotation = Mat3::Identity();
+  double cut = 1;
+  std::vector<double> misfit(matches.size());
+  for (int pass = 0; pass < 4; ++pass) {
+    Mat3 correlation = Mat3::Zero();
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      const Vec3 from = matches[i].from.cast<double>(), to = matches[i].to.cast<double>();
+      const double r = misfit[i] / cut;
+      correlation += from * to.transpose() / (1 + r * r);
+    }
+    rotation = align_vectors(correlation).rotation;
+    for (std::size_t i = 0; i < matches.size(); ++i)
+      misfit[i] = (matches[i].from.cast<double>() - rotation * matches[i].to.cast<double>()).norm();
+    std::vector<double> sorted = misfit;
+    const auto mid = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), mid, sorted.end());
+    cut = std::max(1e-6, 1.5 * *mid);
+  }
+  return log_so3(Quat(rotation));
+}
+
 /// Steps no finer than the reference can resolve: consecutive increments are chained until they are long enough.
 std::vector<Step> chained(const RotationSignal& signal, double shortest_s) {
   std::vector<Step> steps;
@@ -42,6 +66,7 @@ std::vector<Step> chained(const RotationSignal& signal, double shortest_s) {
     s.t0 = seconds_since(epoch, all[i].from);
     s.t1 = seconds_since(epoch, all[last].to);
     s.rotation = log_so3(rotation);
+    s.apparent = signal.matches.empty() ? s.rotation : apparent_rotation(signal.matches[i]);
     s.information = merged ? Mat3(covariance.inverse()) : all[i].information;
     s.source = i;
     if (!(s.t1 > s.t0)) throw std::invalid_argument("alignment: a rotation increment does not run forward in time");

@@ -12,7 +12,8 @@ namespace takt::alignment {
 /// A rotation increment in seconds after the sensor's epoch.
 struct Step {
   double t0, t1;
-  Vec3 rotation;
+  Vec3 rotation;      ///< as measured
+  Vec3 apparent;      ///< the rotation alone that explains the bearings best; `rotation` where there are none
   Mat3 information;
   std::size_t source;  ///< place in the signal's increments
 };

@@ -14,7 +14,7 @@ RateGrid sensor_grid(const Problem& problem, double cell_s) {
   grid.rate.assign(cells, Vec3::Zero());
   std::vector<double> covered(cells, 0.0);
   for (const Step& s : problem.steps) {
-    const Vec3 rate = s.rotation / (s.t1 - s.t0);
+    const Vec3 rate = s.apparent / (s.t1 - s.t0);
     auto i = static_cast<std::size_t>(std::max(0.0, std::floor((s.t0 - grid.begin_s) / cell_s)));
     for (; i < cells; ++i) {
       const double lo = grid.begin_s + static_cast<double>(i) * cell_s;

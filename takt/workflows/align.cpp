@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/workflows/align.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "takt/error.h"
+#include "takt/recording/camera_file.h"
+#include "takt/recording/open_recording.h"
+#include "takt/signals/attitude_rotation.h"
+#include "takt/signals/gyro_rotation.h"
+#include "takt/signals/track_rotation.h"
+#include "takt/signals/visual_rotation.h"
+#include "takt/streams/audit.h"
+#include "takt/workflows/pick_streams.h"
+
+namespace takt {
+
+namespace {
+
+RotationSignal camera_rotation(const CameraStream& camera, const AlignJob& job, std::vector<std::string>& notes) {
+  VisualRotationOptions options;
+  options.progress = job.progress;
+  if (!job.intrinsics.empty()) return visual_rotation(camera, read_camera_file(job.intrinsics, camera.name), options);
+  if (camera.model) return visual_rotation(camera, *camera.model, options);
+  notes.push_back(fmt::format(
+      "{}: no intrinsics; a horizontal field of view of {:.0f}° is assumed and its scale estimated (--intrinsics FILE)",
+      camera.name, job.assumed_fov_rad * 180 / std::numbers::pi));
+  return visual_rotation(camera, job.assumed_fov_rad, options);
+}
+
+ImuStream tidied(const ImuStream& imu, std::vector<std::string>& notes) {
+  Tidied out = tidy(imu);
+  for (const std::string& word : out.words) notes.push_back(fmt::format("{}: {}", imu.name, word));
+  return std::move(out.imu);
+}
+
+RotationSignal rotation_of(const StreamRef& stream, const AlignJob& job, std::vector<std::string>& notes) {
+  if (stream.camera) return camera_rotation(*stream.camera, job, notes);
+  if (stream.tracks) return track_rotation(*stream.tracks);
+  if (stream.attitude) return attitude_rotation(*stream.attitude);
+  const ImuStream imu = tidied(*stream.imu, notes);
+  if (imu.size() < 8)
+    throw Error(fmt::format("{} has only {} usable samples", imu.name, imu.size()), imu.name, "check it with: takt inspect");
+  return gyro_rotation(imu);
+}
+
+Estimate align_streams(const StreamRef& sensor, const StreamRef& reference, const AlignJob& job,
+                       std::vector<std::string>& notes) {
+  const ImuStream gyro = tidied(*reference.imu, notes);
+  const RotationSignal signal = rotation_of(sensor, job, notes);
+  notes.insert(notes.end(), signal.notes.begin(), signal.notes.end());
+  return align_rotation(signal, gyro, job.alignment);
+}
+
+void collect(const Recording& r, AlignOutcome& out) {
+  out.notes.insert(out.notes.end(), r.notes.begin(), r.notes.end());
+  out.files.insert(out.files.end(), r.files.begin(), r.files.end());
+}
+
+AlignOutcome align_pair(const StreamPair& pair, const AlignJob& job, AlignOutcome out) {
+  if (pair.reference.is_gyro()) {
+    out.estimate = align_streams(pair.sensor, pair.reference, job, out.notes);
+  } else if (pair.sensor.is_gyro()) {
+    out.estimate = inverse(align_streams(pair.reference, pair.sensor, job, out.notes));
+  } else {
+    throw Error(fmt::format("neither {} nor {} is a gyro", pair.sensor.name(), pair.reference.name()), job.inputs.front(),
+                "one of the two must be; name it with --reference");
+  }
+  return out;
+}
+
+}  // namespace
+
+Estimate inverse(const Estimate& e) {
+  Estimate out = e;
+  std::swap(out.sensor, out.reference);
+  for (Estimate& other : out.estimates) other = inverse(other);
+  if (e.offset) {
+    const ClockMap<ReferenceClock, SensorClock> back = inverse(e.clock_map());
+    const auto& piece = back.pieces().front();
+    out.epoch = from_ns(to_ns(piece.epoch));
+    out.offset = piece.offset;
+    out.sigma_s = std::sqrt(piece.offset_var_s2);
+    if (e.drift) out.drift = piece.drift;
+    if (e.drift_sigma) out.drift_sigma = std::sqrt(piece.drift_var);
+  }
+  if (e.T_reference_sensor) out.T_reference_sensor = e.T_reference_sensor->inverse();
+  return out;
+}
+
+AlignOutcome align(const AlignJob& job) {
+  AlignOutcome out;
+  if (job.inputs.size() == 1) {
+    const Recording recording = open_recording(job.inputs[0], job.open);
+    collect(recording, out);
+    return align_pair(pick_pair(recording, job.sensor, job.reference), job, std::move(out));
+  }
+  const Recording first = open_recording(job.inputs.at(0), job.open), second = open_recording(job.inputs.at(1), job.open);
+  collect(first, out);
+  collect(second, out);
+  StreamPair pair{pick_one(first, job.sensor), pick_one(second, job.reference)};
+  // Two videos or poses with gyros inside are possible; a bare log has but one stream.
+  if (job.reference.empty() && !pair.reference.is_gyro() && !second.imus.empty() && !pair.sensor.is_gyro())
+    pair.reference = {nullptr, nullptr, nullptr, &second.imus.front()};
+  return align_pair(pair, job, std::move(out));
+}
+
+}  // namespace takt
