@@ -1,62 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/recording/ros1_bag.h"
 
-#include <lz4frame.h>
-
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 
 #include "takt/recording/open_recording.h"
+#include "tests/ros1_bag_writing.h"
 #include "tests/tools.h"
 
 namespace takt {
 namespace {
 
+using namespace bag_writing;
 using testing_tools::complaint;
 using testing_tools::real_data;
-
-/// Little-endian bytes of numbers and texts, one after the other.
-template <class T>
-std::string raw(T value) {
-  std::string out(sizeof(T), '\0');
-  std::memcpy(out.data(), &value, sizeof(T));
-  return out;
-}
-std::string sized(const std::string& text) {
-  return raw(static_cast<std::uint32_t>(text.size())) + text;
-}
-std::string record(const std::vector<std::string>& fields, const std::string& data) {
-  std::string header;
-  for (const std::string& field : fields) header += sized(field);
-  return sized(header) + sized(data);
-}
-std::string connection(std::uint32_t id, const std::string& topic, const std::string& type) {
-  return record({"op=\x07", "conn=" + raw(id), "topic=" + topic}, sized("type=" + type) + sized("md5sum=*"));
-}
-std::string message(std::uint32_t id, const std::string& data) {
-  return record({"op=\x02", "conn=" + raw(id), "time=" + std::string(8, '\0')}, data);
-}
-std::string chunk(const std::string& records, const std::string& compression = "none") {
-  std::string data = records;
-  if (compression == "lz4") {
-    data.resize(LZ4F_compressFrameBound(records.size(), nullptr));
-    data.resize(LZ4F_compressFrame(data.data(), data.size(), records.data(), records.size(), nullptr));
-  }
-  return record({"op=\x05", "compression=" + compression, "size=" + raw(static_cast<std::uint32_t>(records.size()))},
-                data);
-}
-std::string bag(const std::string& records) {
-  return "#ROSBAG V2.0\n" + record({"op=\x03"}, std::string(40, ' ')) + records;
-}
-std::string header(std::uint32_t s, std::uint32_t ns) {
-  return raw(std::uint32_t{0}) + raw(s) + raw(ns) + sized("frame");
-}
-std::string image(std::uint32_t s, std::uint32_t width, std::uint32_t height, const std::string& encoding,
-                  std::uint32_t stride, const std::string& pixels) {
-  return header(s, 5) + raw(height) + raw(width) + sized(encoding) + std::string(1, '\0') + raw(stride) + sized(pixels);
-}
 
 Recording read(const std::string& bytes) {
   return read_ros1_bag(view_bytes(std::as_bytes(std::span(bytes))), "run.bag");
@@ -72,7 +30,7 @@ std::string joined(const std::vector<std::string>& notes) {
 }
 
 TEST(Ros1Bag, GreyPicturesInEveryCompression) {
-  for (const char* compression : {"none", "lz4"}) {
+  for (const char* compression : {"none", "lz4", "bz2"}) {
     const std::string bytes =
         bag(chunk(connection(1, "/cam/image_raw", "sensor_msgs/Image") +
                       message(1, image(17, 2, 2, "mono8", 3, std::string("\x01\x02\x00\x03\x04\x00", 6))) +

@@ -66,7 +66,8 @@ std::optional<double> jitter_s(const std::vector<Stamp>& sorted, double period_s
   }
   if (residuals.empty()) return std::nullopt;
   for (double& r : residuals) r = std::abs(r);
-  return sigma_of_mad * median(std::move(residuals));
+  const double sigma = sigma_of_mad * median(std::move(residuals));
+  return sigma < 1e-10 ? 0 : sigma;  // below a nanosecond's tenth it is the rounding of doubles
 }
 
 std::optional<Duration> resolution(const std::vector<Stamp>& distinct) {
@@ -84,7 +85,7 @@ bool is_power_of_two(std::int64_t n) {
 void add_words(StampAudit& a) {
   const auto say = [&a](std::string sentence) { a.words.push_back(std::move(sentence)); };
   if (a.count == 0) return say("no samples");
-  if (a.backward_steps > 0) say(fmt::format("stamps go back {} times", a.backward_steps));
+  if (a.backward_steps > 0) say(fmt::format("{} of the stamps are before their predecessor", a.backward_steps));
   if (a.duplicates > 0) say(fmt::format("{} stamps are there twice", a.duplicates));
   if (!a.gaps.empty()) {
     const auto longest = std::max_element(a.gaps.begin(), a.gaps.end(),

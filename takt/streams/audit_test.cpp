@@ -40,7 +40,7 @@ TEST(Audit, GapsDuplicatesAndBackwardStepsAreCounted) {
   EXPECT_DOUBLE_EQ(a.gaps[0].length_s, 200e-9);
   EXPECT_DOUBLE_EQ(*a.rate_hz, 1e7);
   EXPECT_EQ(a.resolution, Duration(100));
-  EXPECT_TRUE(says(a.words, "go back 1 times"));
+  EXPECT_TRUE(says(a.words, "1 of the stamps are before"));
 }
 
 TEST(Audit, JitterIsTheSpreadOfTheStamps) {
