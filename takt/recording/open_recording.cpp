@@ -7,6 +7,7 @@
 #include "takt/recording/asl.h"
 #include "takt/recording/csv_log.h"
 #include "takt/recording/cut.h"
+#include "takt/recording/ros1_bag.h"
 #include "takt/recording/tracks_folder.h"
 
 namespace takt {
@@ -16,6 +17,7 @@ const std::vector<Format>& formats() {
   static const std::vector<Format> table{
       {"ASL folder", looks_like_asl, read_asl},
       {"tracks folder", looks_like_tracks_folder, read_tracks_folder},
+      {"ROS 1 bag", looks_like_ros1_bag, read_ros1_bag},
       {"CSV log", looks_like_csv_log, read_csv_log},
   };
   return table;
