@@ -11,7 +11,7 @@
 namespace takt::cli {
 
 /// One row a verb, in the order of the help.
-const std::vector<AddVerb> all_verbs{};
+const std::vector<AddVerb> all_verbs{add_simulate};
 
 int run(int argc, char** argv) {
   CLI::App app{"takt finds, tracks and removes the time offset between cameras, IMUs and GNSS receivers", "takt"};

@@ -105,7 +105,7 @@ HandheldOptions to_options(const HandheldParameters& p) {
   o.imu.scale_error = p.imu_scale;
   o.imu.misalignment_rad = p.imu_misalignment_rad;
   o.imu.low_pass = one_of("low_pass", p.low_pass, low_passes);
-  o.imu.bandwidth_hz = p.low_pass_hz;
+  o.imu.bandwidth_hz = p.bandwidth_hz;
   o.imu.stamp_delay_s = p.imu_stamp_delay_s;
   o.imu.jitter_s = p.imu_jitter_s;
   o.imu.drop_fraction = p.imu_drop;

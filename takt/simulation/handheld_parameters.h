@@ -41,7 +41,7 @@ struct HandheldParameters {
   double gyro_bias_rad_s = SimulatedImu{}.gyro_bias_rad_s, accel_bias_m_s2 = SimulatedImu{}.accel_bias_m_s2;
   double imu_scale = 0, imu_misalignment_rad = 0;
   std::string low_pass = "none";
-  double low_pass_hz = SimulatedImu{}.bandwidth_hz;
+  double bandwidth_hz = SimulatedImu{}.bandwidth_hz;
   double imu_stamp_delay_s = 0, imu_jitter_s = 0, imu_drop = 0;
   double gyro_step_rad_s = 0, gyro_range_rad_s = 0, accel_step_m_s2 = 0, accel_range_m_s2 = 0;
 };
@@ -83,7 +83,7 @@ void describe(HandheldParameters& p, Visitor& v) {
   v("imu_scale", p.imu_scale, "sigma of the scale errors");
   v("imu_misalignment_rad", p.imu_misalignment_rad, "sigma of the axes' tilts");
   v("low_pass", p.low_pass, "in the IMU: none, first_order, second_order, fir");
-  v("low_pass_hz", p.low_pass_hz, "bandwidth of the low-pass");
+  v("bandwidth_hz", p.bandwidth_hz, "bandwidth of the low-pass");
   v("imu_stamp_delay_s", p.imu_stamp_delay_s, "by which IMU stamps are late, besides the low-pass");
   v("imu_jitter_s", p.imu_jitter_s, "sigma of the IMU's stamps");
   v("imu_drop", p.imu_drop, "fraction of the IMU samples that never arrive");
