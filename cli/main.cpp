@@ -13,6 +13,7 @@ namespace takt::cli {
 /// One row a verb, in the order of the help.
 const std::vector<AddVerb> all_verbs{
     add_inspect,
+    add_simulate,
 };
 
 int run(int argc, char** argv) {

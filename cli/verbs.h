@@ -26,5 +26,6 @@ using Action = std::function<int()>;
 /// A new verb is a new file and one row in `all_verbs` (main.cpp).
 using AddVerb = void (*)(CLI::App& app, Common& common, Action& action);
 void add_inspect(CLI::App& app, Common& common, Action& action);
+void add_simulate(CLI::App& app, Common& common, Action& action);
 
 }  // namespace takt::cli

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/simulation/parameters.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "takt/error.h"
+
+namespace takt {
+
+namespace {
+
+template <class Number>
+void read_number(const std::string& text, Number& value, const char* kind) {
+  Number read{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), read);
+  if (error != std::errc{} || end != text.data() + text.size()) throw std::invalid_argument(kind);
+  value = read;
+}
+
+}  // namespace
+
+void read_parameter(const std::string& text, bool& value) {
+  const bool yes = text == "true" || text == "on", no = text == "false" || text == "off";
+  if (!yes && !no) throw std::invalid_argument("is not true or false");
+  value = yes;
+}
+void read_parameter(const std::string& text, int& value) {
+  read_number(text, value, "is not a whole number");
+}
+void read_parameter(const std::string& text, double& value) {
+  double read = 0;
+  read_number(text, read, "is not a number");
+  if (!std::isfinite(read)) throw std::invalid_argument("is not finite");
+  value = read;
+}
+void read_parameter(const std::string& text, std::string& value) {
+  value = text;
+}
+
+std::string parameter_text(bool value) {
+  return value ? "true" : "false";
+}
+std::string parameter_text(int value) {
+  return std::to_string(value);
+}
+std::string parameter_text(double value) {
+  return fmt::format("{}", value);
+}
+std::string parameter_text(const std::string& value) {
+  return value;
+}
+
+void throw_unknown_parameter(const std::string& field, const std::vector<Parameter>& known) {
+  std::string names;
+  for (const Parameter& p : known) names += (names.empty() ? "" : ", ") + p.field;
+  throw std::invalid_argument("no parameter '" + field + "'; there are " + names);
+}
+
+void throw_bad_value(const std::string& field, const std::string& text, const std::string& why) {
+  throw std::invalid_argument(field + ": '" + text + "' " + why);
+}
+
+ParameterChanges read_scenario(const std::string& path) {
+  ParameterChanges out;
+  if (!std::ifstream(path)) throw Error("cannot be read", path, "give a scenario file or the name of a motion");
+  try {
+    const YAML::Node root = YAML::LoadFile(path);
+    if (root.IsNull()) return out;
+    if (!root.IsMap()) throw Error("is not a list of 'field: value'", path, "see the files in scenarios/");
+    for (const auto& entry : root) {
+      const std::string field = entry.first.as<std::string>();
+      if (!entry.second.IsScalar())
+        throw Error("'" + field + "' has no single value", fmt::format("{}:{}", path, entry.second.Mark().line + 1),
+                    "write 'field: value'");
+      out[field] = entry.second.Scalar();
+    }
+  } catch (const YAML::Exception& e) {
+    throw Error(e.msg, fmt::format("{}:{}", path, e.mark.line + 1), "write 'field: value', one a line");
+  }
+  return out;
+}
+
+std::string parameters_json(const std::vector<Parameter>& list) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::object();
+  for (const Parameter& p : list) {
+    const auto value = nlohmann::ordered_json::parse(p.value, nullptr, false);
+    if (p.value.empty())
+      out[p.field] = nullptr;
+    else if (value.is_number() || value.is_boolean())
+      out[p.field] = value;
+    else
+      out[p.field] = p.value;
+  }
+  return out.dump(2);
+}
+
+}  // namespace takt
