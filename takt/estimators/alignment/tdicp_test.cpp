@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <numbers>
 #include <random>
+#include <sstream>
+#include <string>
 
 namespace takt {
 namespace {
@@ -165,6 +169,54 @@ TEST(Tdicp, StillnessAndScarcityDoNotConverge) {
   const GyroCurve curve = gyro(s);
   EXPECT_FALSE(tdicp(RotationSignal{}, epoch, curve, 0, R_reference_sensor).converged);
   EXPECT_FALSE(tdicp(camera(s), epoch, curve, 500, R_reference_sensor).converged);
+}
+
+/// A phone and a microcontroller, rigidly joined, on clocks ten days apart.
+std::pair<std::vector<double>, std::vector<Vec3>> read_gyro(const std::string& path) {
+  std::ifstream in(path);
+  std::string line;
+  std::getline(in, line);
+  std::pair<std::vector<double>, std::vector<Vec3>> out;
+  char comma;
+  while (std::getline(in, line)) {
+    std::istringstream row(line);
+    double t;
+    Vec3 w;
+    row >> t >> comma >> w.x() >> comma >> w.y() >> comma >> w.z();
+    out.first.push_back(t);
+    out.second.push_back(w);
+  }
+  return out;
+}
+
+TEST(Tdicp, AgreesWithThePublishedOffsetOfTwoGyros) {
+  const std::string folder = TAKT_DATA_DIR "/phone_mcu_gyro";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "needs the recordings in " << folder;
+  auto [mcu_t, mcu_w] = read_gyro(folder + "/mcu_gyro_data.csv");
+  auto [phone_t, phone_w] = read_gyro(folder + "/smartphone_gyro_data.csv");
+  const double published = 947848.6384083, mcu_start = mcu_t.front(), phone_start = phone_t.front();
+  for (double& t : mcu_t) t -= mcu_start;
+  for (double& t : phone_t) t -= phone_start;
+  const GyroCurve mcu(mcu_t, mcu_w), phone(phone_t, phone_w);
+  RotationSignal sensor;
+  for (double t = 0.1; t + 0.02 < mcu.end_s(); t += 0.02) {
+    RotationIncrement step;
+    step.from = epoch + from_seconds(t);
+    step.to = epoch + from_seconds(t + 0.02);
+    if (!sensor.increments.empty()) step.from = sensor.increments.back().to;
+    step.rotation = log_so3(mcu.between(seconds_since(epoch, step.from), seconds_since(epoch, step.to)));
+    sensor.increments.push_back(step);
+  }
+  const double expected = published + mcu_start - phone_start;
+  Mat3 correlation = Mat3::Zero();
+  for (double t = 0.1; t < mcu.end_s(); t += 0.01)
+    if (phone.covers(t + expected, t + expected)) correlation += phone.rate(t + expected) * mcu.rate(t).transpose();
+  for (double guess_error : {-0.05, 0.03}) {
+    const TdicpResult r = tdicp(sensor, epoch, phone, expected + guess_error, align_vectors(correlation).rotation);
+    ASSERT_TRUE(r.converged);
+    EXPECT_NEAR(r.offset_s, expected, 100e-6) << "sigma " << r.sigma_s << ", windows " << r.windows;
+    EXPECT_NEAR(r.offset_s - expected, 947848.6383438 - published, 4 * r.sigma_s) << "another method's figure";
+  }
 }
 
 }  // namespace
