@@ -10,6 +10,18 @@ namespace takt {
 namespace {
 /// Below this angle the closed forms lose digits to cancellation and the series is exact to rounding.
 constexpr double small_angle = 1e-2;
+
+/// I + p·hat(φ) + q·hat(φ)², with hat(φ)² = φφᵀ − |φ|²·I.
+Mat3 polynomial_in_hat(const Vec3& phi, double squared_norm, double p, double q) {
+  const Vec3 px = p * phi, qx = q * phi;
+  const double diagonal = 1 - q * squared_norm;
+  const double xy = qx.x() * phi.y(), xz = qx.x() * phi.z(), yz = qx.y() * phi.z();
+  Mat3 m;
+  m << diagonal + qx.x() * phi.x(), xy - px.z(), xz + px.y(),  //
+      xy + px.z(), diagonal + qx.y() * phi.y(), yz - px.x(),   //
+      xz - px.y(), yz + px.x(), diagonal + qx.z() * phi.z();
+  return m;
+}
 }  // namespace
 
 Mat3 hat(const Vec3& a) {
@@ -41,16 +53,14 @@ Mat3 right_jacobian(const Vec3& phi) {
   const double sin_half = std::sin(0.5 * a);
   const double b = a < small_angle ? 0.5 - a2 / 24 * (1 - a2 / 30) : 2 * sin_half * sin_half / a2;
   const double c = a < small_angle ? 1.0 / 6 - a2 / 120 * (1 - a2 / 42) : (a - std::sin(a)) / (a2 * a);
-  const Mat3 h = hat(phi);
-  return Mat3::Identity() - b * h + c * h * h;
+  return polynomial_in_hat(phi, a2, -b, c);
 }
 
 Mat3 right_jacobian_inverse(const Vec3& phi) {
   const double a = phi.norm(), a2 = a * a;
   // cot(a/2), not (1 + cos a)/sin a, which is 0/0 at π.
   const double c = a < small_angle ? 1.0 / 12 + a2 / 720 * (1 + a2 / 42) : 1 / a2 - 1 / (2 * a * std::tan(0.5 * a));
-  const Mat3 h = hat(phi);
-  return Mat3::Identity() + 0.5 * h + c * h * h;
+  return polynomial_in_hat(phi, a2, 0.5, c);
 }
 
 VectorAlignment align_vectors(const Mat3& correlation) {
