@@ -47,7 +47,9 @@ TEST(GyroRotation, IntegratesExactlyBetweenScatteredEdges) {
   std::size_t off_grid = 0;
   for (std::size_t i = 0; i < signal.increments.size(); ++i) {
     const RotationIncrement& r = signal.increments[i];
-    if (i > 0) EXPECT_EQ(r.from, signal.increments[i - 1].to);
+    if (i > 0) {
+      EXPECT_EQ(r.from, signal.increments[i - 1].to);
+    }
     // The natural spline's ends are the worst place: 1e-6 rad holds there too.
     EXPECT_LT(error_of(r, gyro.stamps[0]).norm(), 1e-6) << i;
     if (std::abs(std::remainder(to_seconds(r.from - gyro.stamps[0]), 1 / 400.0)) > 1e-4) ++off_grid;
