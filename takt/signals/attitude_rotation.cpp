@@ -56,6 +56,22 @@ double orientation_sigma(const std::vector<RotationIncrement>& increments) {
   return magnitudes.empty() ? 0 : 1.4826 * median(std::move(magnitudes)) / std::sqrt(924.0);
 }
 
+/// Whether sample i repeats an old value: followed by a jump (or, at the end, preceded by one) it does; followed by no
+/// more than steps of the last digit it is stillness.
+bool is_stale(const std::vector<Sample>& samples, std::size_t i, double jump_rad) {
+  const auto value = [&](std::size_t k) { return samples[k].q.coeffs(); };
+  const auto jumps = [&](std::size_t a, std::size_t b) {
+    return log_so3(samples[a].q.conjugate() * samples[b].q).norm() > jump_rad;
+  };
+  if (value(i) != value(i - 1)) return false;
+  std::size_t next = i;
+  while (next < samples.size() && value(next) == value(i)) ++next;
+  if (next < samples.size()) return jumps(i, next);
+  std::size_t first = i;
+  while (first > 0 && value(first - 1) == value(i)) --first;
+  return first > 0 && i == first + 1 && jumps(first - 1, i);
+}
+
 }  // namespace
 
 RotationSignal attitude_rotation(const AttitudeStream& attitude) {
@@ -80,19 +96,12 @@ RotationSignal attitude_rotation(const AttitudeStream& attitude) {
     }
   }
 
-  // A repeat that is followed by no more than the steps of the last digit is stillness; followed by a jump, it is old.
   const double step_rad = 2 * component_step(samples);
   std::vector<Sample> fresh;
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (!fresh.empty() && samples[i].q.coeffs() == fresh.back().q.coeffs()) {
-      std::size_t next = i;
-      while (next < samples.size() && samples[next].q.coeffs() == samples[i].q.coeffs()) ++next;
-      const bool turning =
-          next < samples.size() && log_so3(samples[i].q.conjugate() * samples[next].q).norm() > 4 * step_rad;
-      if (turning) {
-        ++repeated;
-        continue;
-      }
+    if (!fresh.empty() && is_stale(samples, i, 4 * step_rad)) {
+      ++repeated;
+      continue;
     }
     fresh.push_back(samples[i]);
   }
