@@ -42,12 +42,13 @@ struct Linearised {
   std::vector<Vec2> residual;        ///< from − p
   std::vector<Tangent> basis;        ///< d residual / d v, before the parallax scale
   std::vector<Tangent> by_rotation;  ///< d residual / d δ
-  std::vector<double> scale;
+  std::vector<double> scale;                 ///< of v, given from outside
+  std::vector<double> nearness;              ///< of v, measured: inverse depth over the mean's
 
   Linearised(const BearingPairs& pairs, const Quat& rotation) {
     const Mat3 r = rotation.toRotationMatrix();
     const auto n = static_cast<std::size_t>(pairs.from.cols());
-    residual.resize(n), basis.resize(n), by_rotation.resize(n), scale.assign(n, 1.0);
+    residual.resize(n), basis.resize(n), by_rotation.resize(n), scale.assign(n, 1.0), nearness.assign(n, 1.0);
     for (std::size_t i = 0; i < n; ++i) {
       const auto c = static_cast<Eigen::Index>(i);
       const Vec3 p = r * pairs.to.col(c);
@@ -59,14 +60,16 @@ struct Linearised {
     }
   }
   [[nodiscard]] std::size_t size() const { return residual.size(); }
-  [[nodiscard]] Vec2 after(std::size_t i, const Vec3& v) const { return residual[i] - scale[i] * (basis[i] * v); }
+  [[nodiscard]] Tangent by_parallax(std::size_t i) const { return scale[i] * nearness[i] * basis[i]; }
+  [[nodiscard]] Vec2 after(std::size_t i, const Vec3& v) const { return residual[i] - by_parallax(i) * v; }
 };
 
 /// Inverse covariance of a match's residual, in units of 1/(2σ²): one across the parallax, less along it.
-Eigen::Matrix2d weight(const Linearised& l, std::size_t i, const Vec3& v, double sigma, double depth_scatter) {
+/// `shared` matches are taken to err together along it.
+Eigen::Matrix2d weight(const Linearised& l, std::size_t i, const Vec3& v, double sigma, double depth_scatter,
+                       double shared) {
   const Vec2 along = l.scale[i] * (l.basis[i] * v);
-  const double n = static_cast<double>(l.size());
-  const double ratio = depth_scatter * depth_scatter * n / (2 * sigma * sigma);
+  const double ratio = depth_scatter * depth_scatter * shared / (2 * sigma * sigma);
   // (I + ratio·a·aᵀ)⁻¹ = I − a·aᵀ·ratio/(1 + ratio·|a|²)
   return Eigen::Matrix2d::Identity() - along * along.transpose() * (ratio / (1 + ratio * along.squaredNorm()));
 }
@@ -81,17 +84,17 @@ Noise measure_noise(const Linearised& l, const Vec3& v, double sigma_before, con
   Noise out;
   out.misfit.resize(l.size());
   std::vector<double> across(l.size());
+  const double all = static_cast<double>(l.size());
   for (std::size_t i = 0; i < l.size(); ++i) {
     const Vec2 e = l.after(i, v);
     const Vec2 along = l.basis[i] * v;
     const double length = along.norm();
     const Vec2 normal = length > 0 ? Vec2(-along.y() / length, along.x() / length) : Vec2(0, 1);
     across[i] = std::abs(normal.dot(e));
-    out.misfit[i] = std::sqrt(e.dot(weight(l, i, v, sigma_before, options.depth_scatter) * e));
+    out.misfit[i] = std::sqrt(e.dot(weight(l, i, v, sigma_before, options.depth_scatter, all) * e));
   }
   // Six unknowns (rotation and parallax) were fitted to n residuals of one dimension each.
-  const double n = static_cast<double>(l.size());
-  const double sigma = mad_to_sigma * median(across) / std::sqrt(2.0) * std::sqrt(n / std::max(1.0, n - 5));
+  const double sigma = mad_to_sigma * median(across) / std::sqrt(2.0) * std::sqrt(all / std::max(1.0, all - 5));
   out.sigma = std::max(options.sigma_floor_rad, sigma);
   for (double& m : out.misfit) m /= std::sqrt(2.0) * out.sigma;
   return out;
@@ -107,28 +110,41 @@ struct ParallaxFit {
   Vec3 v = Vec3::Zero();
   Noise noise;
 };
-ParallaxFit fit_parallax(const Linearised& l, const TwoViewOptions& options) {
+
+/// Each match's own nearness: its part of the displacement along v over the mean's. Trusted as far as it stands out of
+/// the noise; where it does not, the match is as near as the mean. Without this a wrong direction of v, which moves near
+/// points more than far ones, would be taken for a rotation.
+void measure_nearness(Linearised& l, const Vec3& v, double sigma, double depth_scatter) {
+  for (std::size_t i = 0; i < l.size(); ++i) {
+    const Vec2 along = l.scale[i] * (l.basis[i] * v);
+    const double signal = depth_scatter * depth_scatter * along.squaredNorm(), noise = 2 * sigma * sigma;
+    const double seen = along.squaredNorm() > 0 ? along.dot(l.residual[i]) / along.squaredNorm() : 1;
+    l.nearness[i] = std::clamp((signal * seen + noise) / (signal + noise), 0.0, 5.0);
+  }
+}
+
+ParallaxFit fit_parallax(Linearised& l, const TwoViewOptions& options) {
   ParallaxFit fit;
   fit.noise = measure_noise(l, fit.v, 1e9, options);
-  for (int pass = 0; pass < 6; ++pass) {
+  for (int pass = 0; pass < 8; ++pass) {
     Mat3 h = Mat3::Zero();
     Vec3 g = Vec3::Zero();
-    const double noise_var = 2 * fit.noise.sigma * fit.noise.sigma;
-    if (options.parallax_sigma > 0)
-      h.diagonal().array() += noise_var / (options.parallax_sigma * options.parallax_sigma);
     for (std::size_t i = 0; i < l.size(); ++i) {
-      // Both directions count here: v's length is the mean of the along-components.
-      const double w = robust_weight(fit.noise.misfit[i]);
-      const Tangent b = l.scale[i] * l.basis[i];
-      h += w * b.transpose() * b;
-      g += w * b.transpose() * l.residual[i];
+      // Its length is the mean of the along-components, its direction what leaves least across it.
+      const Eigen::Matrix2d w = robust_weight(fit.noise.misfit[i]) *
+                                (pass < 3 ? Eigen::Matrix2d::Identity().eval()
+                                          : weight(l, i, fit.v, fit.noise.sigma, options.depth_scatter, 1));
+      const Tangent b = l.by_parallax(i);
+      h += b.transpose() * w * b;
+      g += b.transpose() * (w * l.residual[i]);
     }
     h.diagonal().array() += 1e-12 * h.trace();
     const Vec3 v = h.ldlt().solve(g);
-    const bool settled = (v - fit.v).norm() < 1e-3 * fit.noise.sigma;
+    const bool settled = (v - fit.v).norm() < 1e-2 * fit.noise.sigma;
     fit.v = v;
+    measure_nearness(l, fit.v, fit.noise.sigma, options.depth_scatter);
     fit.noise = measure_noise(l, fit.v, fit.noise.sigma, options);
-    if (settled) break;
+    if (settled && pass >= 3) break;
   }
   return fit;
 }
@@ -144,11 +160,12 @@ TwoViewNormals normals(const Linearised& l, const ParallaxFit& fit, std::span<co
   for (std::size_t i = 0; i < l.size(); ++i) {
     const double misfit = fit.noise.misfit[i];
     if (misfit < outlier_sigmas) ++explained;
-    const Eigen::Matrix2d w = robust_weight(misfit) * weight(l, i, fit.v, fit.noise.sigma, options.depth_scatter);
+    const Eigen::Matrix2d w = robust_weight(misfit) * weight(l, i, fit.v, fit.noise.sigma, options.depth_scatter,
+                                                             static_cast<double>(l.size()));
     row.leftCols<3>() = l.by_rotation[i];
     for (Eigen::Index k = 0; k < e; ++k)
       row.col(3 + k) = -l.basis[i] * extra[static_cast<std::size_t>(k)].col(static_cast<Eigen::Index>(i));
-    row.rightCols<3>() = l.scale[i] * l.basis[i];
+    row.rightCols<3>() = l.by_parallax(i);
     full.noalias() += row.transpose() * w * row;
     g.noalias() += row.transpose() * (w * l.residual[i]);
   }
@@ -156,7 +173,8 @@ TwoViewNormals normals(const Linearised& l, const ParallaxFit& fit, std::span<co
   full /= noise_var;
   g /= noise_var;
   Mat3 vv = full.bottomRightCorner<3, 3>();
-  if (options.parallax_sigma > 0) vv.diagonal().array() += 1 / (options.parallax_sigma * options.parallax_sigma);
+  vv += options.parallax_information;
+  g.tail<3>() += options.parallax_information * options.parallax_mean;
   vv.diagonal().array() += 1e-12 * vv.trace();
   const Eigen::MatrixXd cross = full.topRightCorner(m, 3);
   const Eigen::MatrixXd gain = vv.ldlt().solve(cross.transpose()).transpose();
@@ -206,15 +224,16 @@ Quat consensus_rotation(const BearingPairs& pairs) {
 std::optional<TwoViewNormals> two_view_normals(const BearingPairs& pairs, const Quat& R_from_to,
                                                std::span<const Eigen::Matrix3Xd> extra, const TwoViewOptions& options) {
   if (pairs.from.cols() < min_matches) return std::nullopt;
-  const Linearised l(pairs, R_from_to);
-  return normals(l, fit_parallax(l, options), extra, options);
+  Linearised l(pairs, R_from_to);
+  const ParallaxFit fit = fit_parallax(l, options);
+  return normals(l, fit, extra, options);
 }
 
 std::optional<TwoViewFit> fit_two_view(const BearingPairs& pairs, const TwoViewOptions& options) {
   if (pairs.from.cols() < min_matches) return std::nullopt;
   Quat rotation = consensus_rotation(pairs);
   for (int pass = 0; pass < 12; ++pass) {
-    const Linearised l(pairs, rotation);
+    Linearised l(pairs, rotation);
     const ParallaxFit fit = fit_parallax(l, options);
     const TwoViewNormals n = normals(l, fit, {}, options);
     Mat3 h = n.information;

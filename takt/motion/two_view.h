@@ -33,7 +33,8 @@ struct TwoViewNormals {
 
 struct TwoViewOptions {
   double depth_scatter = 0.5;  ///< κ
-  double parallax_sigma = 0;   ///< prior of each component of v (rad); 0: none
+  Vec3 parallax_mean = Vec3::Zero();         ///< what is known of v beforehand (rad)
+  Mat3 parallax_information = Mat3::Zero();  ///< how well (1/rad²); zero: nothing is
   double sigma_floor_rad = 1e-6;
 };
 

@@ -36,6 +36,29 @@ double median_sigma(const std::vector<BearingMatch>& matches) {
   return *mid;
 }
 
+/// The rotation that maps the bearings best when translation is left out of account; robust by reweighting.
+Vec3 apparent_rotation(const std::vector<BearingMatch>& matches) {
+  Mat3 rotation = Mat3::Identity();
+  double cut = 1;
+  std::vector<double> misfit(matches.size());
+  for (int pass = 0; pass < 4; ++pass) {
+    Mat3 correlation = Mat3::Zero();
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      const Vec3 from = matches[i].from.cast<double>(), to = matches[i].to.cast<double>();
+      const double r = misfit[i] / cut;
+      correlation += from * to.transpose() / (1 + r * r);
+    }
+    rotation = align_vectors(correlation).rotation;
+    for (std::size_t i = 0; i < matches.size(); ++i)
+      misfit[i] = (matches[i].from.cast<double>() - rotation * matches[i].to.cast<double>()).norm();
+    std::vector<double> sorted = misfit;
+    const auto mid = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), mid, sorted.end());
+    cut = std::max(1e-6, 1.5 * *mid);
+  }
+  return log_so3(Quat(rotation));
+}
+
 std::vector<BearingMatch> inliers(const std::vector<BearingMatch>& matches, const TwoViewFit& fit) {
   std::vector<BearingMatch> kept;
   for (std::size_t i = 0; i < matches.size(); ++i)
@@ -59,6 +82,7 @@ PairRotation rotation_of_pair(const std::vector<BearingMatch>& matches, const Pa
   if (out.matches.size() < matches.size()) fit = fit_two_view(columns(out.matches));
   if (!fit) return out;
   out.rotation = log_so3(fit->rotation);
+  out.apparent = apparent_rotation(out.matches);
   out.sigma_ratio = fit->sigma_rad / median_sigma(out.matches);
   if (out.sigma_ratio > options.sigma_ratio_most) return out;
   out.outcome = PairOutcome::measured;

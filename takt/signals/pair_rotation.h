@@ -9,7 +9,6 @@ namespace takt {
 
 struct PairRotationOptions {
   std::size_t fewest_matches = 12;     ///< below this nothing is said about the rotation
-  std::size_t stored_matches = 100;    ///< kept for the estimators, spread over the view
   double explained_share_least = 0.5;  ///< share of matches that rotation + translation must explain
   double sigma_ratio_most = 12;        ///< more scatter than this many times the expected is a motion not understood
   bool sigma_is_known = false;         ///< the matches' sigma_rad are their noise, else a first guess to be measured
@@ -20,6 +19,7 @@ enum class PairOutcome { measured, too_few_matches, unexplained };
 struct PairRotation {
   PairOutcome outcome = PairOutcome::too_few_matches;
   Vec3 rotation = Vec3::Zero();       ///< R_from_to as in RotationIncrement
+  Vec3 apparent = Vec3::Zero();       ///< likewise
   Mat3 information = Mat3::Zero();    ///< 1/rad², for the sigma that the matches came with, or the measured one
   std::vector<BearingMatch> matches;  ///< inliers
   double explained_share = 0;         ///< inliers among all matches

@@ -8,10 +8,22 @@
 
 namespace takt {
 
-RotationChain::RotationChain(RotationSignal signal, PairRotationOptions options, double longest_step_s)
-    : signal_(std::move(signal)), options_(options), longest_step_s_(longest_step_s) {}
+RotationChain::RotationChain(RotationSignal signal, PairRotationOptions options, double longest_step_s,
+                             double frame_step_s)
+    : signal_(std::move(signal)), long_pairs_(frame_step_s, {}), options_(options), longest_step_s_(longest_step_s) {}
 
-std::optional<Vec3> RotationChain::add(Stamp from, Stamp to, const std::vector<BearingMatch>& matches) {
+std::optional<Vec3> RotationChain::add(Stamp from, Stamp to, const std::vector<FollowedFeature>& features) {
+  std::vector<SeenFeature> before, now;
+  std::vector<BearingMatch> matches;
+  for (const FollowedFeature& f : features) {
+    before.push_back({f.id, f.from});
+    now.push_back({f.id, f.to});
+    matches.push_back(match(f.from, f.to));
+  }
+  if (!started_) long_pairs_.add(from, {});
+  started_ = true;
+  long_pairs_.add_to_last(std::move(before));
+  long_pairs_.add(to, std::move(now));
   if (to_seconds(to - from) > longest_step_s_) {
     ++late_;
     return std::nullopt;
@@ -27,9 +39,8 @@ std::optional<Vec3> RotationChain::add(Stamp from, Stamp to, const std::vector<B
     case PairOutcome::measured:
       break;
   }
-  signal_.increments.push_back({from, to, pair.rotation, pair.information});
-  signal_.matches.push_back(spread_over_view(std::move(pair.matches), options_.stored_matches));
-  return pair.rotation;
+  signal_.increments.push_back({from, to, pair.rotation, pair.information, pair.apparent});
+  return pair.apparent;
 }
 
 void RotationChain::note(std::size_t count, std::size_t frames, const char* what) {
@@ -42,6 +53,7 @@ RotationSignal RotationChain::finish(std::size_t frames) {
   note(late_, frames, "come too long after the frame before them to be compared with it");
   note(featureless_, frames, "had too few features in common with the frame before them (blank, blurred, or a cut)");
   note(unexplained_, frames, "show a motion that no rotation with translation of the camera explains");
+  signal_.pairs = long_pairs_.finish();
   return std::move(signal_);
 }
 

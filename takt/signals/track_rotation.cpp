@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "takt/signals/bearing_matches.h"
+#include "takt/signals/pixel_bearings.h"
 #include "takt/signals/rotation_chain.h"
 
 namespace takt {
@@ -28,21 +28,22 @@ RotationSignal signal_of(const TrackStream& tracks) {
   return signal;
 }
 
-std::vector<BearingMatch> common_features(const std::vector<TrackedFeature>& from,
-                                          const std::vector<TrackedFeature>& to, const BearingMatches& bearings,
+std::vector<FollowedFeature> common_features(const std::vector<TrackedFeature>& from,
+                                          const std::vector<TrackedFeature>& to, const PixelBearings& bearings,
                                           double sigma_px) {
-  std::vector<BearingMatch> matches;
+  std::vector<FollowedFeature> common;
   for (auto a = from.begin(), b = to.begin(); a != from.end() && b != to.end();) {
     if (a->id < b->id) {
       ++a;
     } else if (b->id < a->id) {
       ++b;
     } else {
-      if (const auto m = bearings.match(a->pixel, b->pixel, sigma_px)) matches.push_back(*m);
+      const auto seen = bearings.see(a->pixel, sigma_px), seen_next = bearings.see(b->pixel, sigma_px);
+      if (seen && seen_next) common.push_back({a->id, *seen, *seen_next});
       ++a, ++b;
     }
   }
-  return matches;
+  return common;
 }
 
 }  // namespace
@@ -54,9 +55,10 @@ RotationSignal track_rotation(const TrackStream& tracks, const TrackRotationOpti
   PairRotationOptions pair = options.pair;
   pair.sigma_is_known = tracks.pixel_sigma.has_value();
   const double sigma_px = tracks.pixel_sigma.value_or(nominal_sigma_px);
-  const BearingMatches bearings(tracks.model, tracks.timing, tracks.model.height);
+  const PixelBearings bearings(tracks.model, tracks.timing, tracks.model.height);
   const Duration to_middle = from_seconds(tracks.timing.to_exposure_middle_s(tracks.timing.exposure_s));
-  RotationChain chain(signal_of(tracks), pair, std::max(options.longest_step_s, 1.5 * median_step_s(tracks.stamps)));
+  const double step_s = median_step_s(tracks.stamps);
+  RotationChain chain(signal_of(tracks), pair, std::max(options.longest_step_s, 1.5 * step_s), step_s);
 
   std::size_t last = 0, backward = 0;
   for (std::size_t i = 1; i < tracks.size(); ++i) {

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "takt/signals/bearing_matches.h"
+#include "takt/signals/pixel_bearings.h"
 #include "takt/signals/frame_prefetch.h"
 #include "takt/signals/rotation_chain.h"
 
@@ -51,7 +51,7 @@ class Follower {
         bearings_(model, stream.timing, model.height),
         tracker_(options.tracker),
         chain_(signal_of(stream, model), options.pair,
-               std::max(options.longest_step_s, 1.5 * median_step_s(stream.stamps))) {}
+               std::max(options.longest_step_s, 1.5 * median_step_s(stream.stamps)), median_step_s(stream.stamps)) {}
 
   void add(const Frame& frame) {
     ++frames_;
@@ -96,11 +96,14 @@ class Follower {
     const double step_s = to_seconds(stamp - last_stamp_);
     const auto seen = tracker_.observe(image, prediction(step_s));
     const double sigma_px = nominal_sigma_px * tracker_.reduction();
-    std::vector<BearingMatch> matches;
-    matches.reserve(seen.size());
-    for (const FeatureMatch& f : seen)
-      if (const auto m = bearings_.match(f.from, f.to, sigma_px)) matches.push_back(*m);
-    const auto rotation = chain_.add(last_stamp_, stamp, matches);
+    std::vector<FollowedFeature> followed;
+    followed.reserve(seen.size());
+    for (const FeatureMatch& f : seen) {
+      const auto from = bearings_.see(f.from, sigma_px), to = bearings_.see(f.to, sigma_px);
+      if (from && to) followed.push_back({f.id, *from, *to});
+    }
+    std::sort(followed.begin(), followed.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+    const auto rotation = chain_.add(last_stamp_, stamp, followed);
     last_rate_ = rotation ? std::optional<Vec3>(*rotation / step_s) : std::nullopt;
   }
 
@@ -113,7 +116,7 @@ class Follower {
 
   CameraModel model_;
   FrameTiming timing_;
-  BearingMatches bearings_;
+  PixelBearings bearings_;
   FeatureTracker tracker_;
   RotationChain chain_;
 

@@ -27,16 +27,29 @@ struct RotationIncrement {
   Stamp from, to;
   Vec3 rotation = Vec3::Zero();         ///< rad
   Mat3 information = Mat3::Identity();  ///< 1/rad²; zero where the increment could not be measured
+  /// From bearings: the rotation alone that explains them best, biased by the translation but with far less noise than
+  /// one that has to tell the two apart. For a search, never for an answer. Equal to `rotation` where there is no such
+  /// thing.
+  Vec3 apparent = rotation;
+};
+
+/// What a camera saw in common in two of its frames.
+struct BearingPair {
+  Stamp from, to;
+  std::vector<BearingMatch> matches;
 };
 
 /// Rotation increments in order of time; `from` of one is usually `to` of the one before, unless there was a gap.
-/// Bearings are there when a camera measured them: `matches[i]` belongs to `increments[i]`.
+///
+/// A camera also has `pairs`: its bearings over longer steps (some tenths of a second), in which it turned further while
+/// the bearings are no worse. Chain by chain: a chain runs from each pair's `to` to the next one's `from`, and several
+/// chains interleave so that every frame is used once; their noise is then independent from chain to chain.
 struct RotationSignal {
   std::string name;
   std::string clock;
   std::string source;  ///< "images", "tracks", "attitude", "gyro": for words and for the noise model
   std::vector<RotationIncrement> increments;
-  std::vector<std::vector<BearingMatch>> matches;
+  std::vector<BearingPair> pairs;
   FrameTiming timing;
   std::optional<CameraModel> model;
   bool focal_assumed = false;  ///< the field of view is a stated default, so rotations may be off by a scale

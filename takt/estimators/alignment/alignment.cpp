@@ -95,7 +95,7 @@ std::optional<std::string> no_answer(const Excitation& x, const Correlation& c, 
 /// What the signal allows to be estimated beside the offset.
 LikelihoodOptions fine_options(const RotationSignal& sensor, const AlignmentOptions& options) {
   LikelihoodOptions o;
-  const bool bearings = !sensor.matches.empty();
+  const bool bearings = !sensor.pairs.empty();
   o.readout = bearings && (options.line_delay || sensor.timing.shutter != Shutter::global);
   o.focal = bearings && sensor.focal_assumed;
   return o;
@@ -218,10 +218,7 @@ const Estimate& chosen(const std::vector<Estimate>& all, AlignmentMethod method)
   return named("ml");
 }
 
-void check(const RotationSignal& sensor, const ImuStream& reference) {
-  if (!sensor.matches.empty() && sensor.matches.size() != sensor.increments.size())
-    throw std::invalid_argument(fmt::format("align_rotation: {} lists of matches for {} increments",
-                                            sensor.matches.size(), sensor.increments.size()));
+void check(const ImuStream& reference) {
   if (reference.stamps.size() != reference.gyro_rad_s.size())
     throw std::invalid_argument(
         fmt::format("align_rotation: {} stamps for {} rates", reference.stamps.size(), reference.gyro_rad_s.size()));
@@ -230,7 +227,7 @@ void check(const RotationSignal& sensor, const ImuStream& reference) {
 }  // namespace
 
 Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference, const AlignmentOptions& options) {
-  check(sensor, reference);
+  check(reference);
   const Estimate base = blank(sensor, reference, "ml");
   const auto refuse = [&](const std::string& why) {
     Estimate e = base;

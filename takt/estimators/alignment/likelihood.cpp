@@ -34,9 +34,26 @@ struct Parameters {
   double readout_s, log_focal;
 };
 
-/// One step at the current parameters: whitening not yet applied.
+/// What is compared with the gyro: a measured rotation, or the bearings of a pair of frames.
+struct Item {
+  double t0, t1;
+  const Step* step;
+  const std::vector<BearingMatch>* matches;
+};
+
+std::vector<Item> items_of(const Problem& problem) {
+  std::vector<Item> items;
+  for (const PairStep& p : problem.pairs) items.push_back({p.t0, p.t1, nullptr, p.matches});
+  if (items.empty())
+    for (const Step& s : problem.steps) items.push_back({s.t0, s.t1, &s, nullptr});
+  return items;
+}
+
+/// One item at the current parameters: whitening not yet applied.
 struct Linear {
   bool used = false;
+  Vec3 predicted = Vec3::Zero();  ///< rotation, rad
+  Vec3 parallax = Vec3::Zero();   ///< from bearings, given the predicted rotation
   bool first = true;         ///< no step directly before it
   Rows rows = Rows::Zero();  ///< residual = rows.last − rows.first · dx, claimed covariance `information`⁻¹
   Mat3 root = Mat3::Zero();  ///< symmetric root of the claimed information
@@ -62,11 +79,15 @@ class Model {
   Model(const Problem& problem, const LikelihoodOptions& options)
       : problem_(problem), options_(options), gyro_density_(problem.reference.noise_density()) {}
 
-  /// Residual and Jacobian of one step. `previous_t1` tells whether the step follows the one before.
-  [[nodiscard]] Linear linearise(const Step& step, const Parameters& x) const {
+  void expect_parallax(const Vec3& mean, const Mat3& information) {
+    two_view_.parallax_mean = mean;
+    two_view_.parallax_information = information;
+  }
+
+  [[nodiscard]] Linear linearise(const Item& item, const Parameters& x) const {
     Linear out;
-    const double since0 = step.t0 - x.centre_s, since1 = step.t1 - x.centre_s;
-    const double t0 = step.t0 + x.offset_s + x.drift * since0, t1 = step.t1 + x.offset_s + x.drift * since1;
+    const double since0 = item.t0 - x.centre_s, since1 = item.t1 - x.centre_s;
+    const double t0 = item.t0 + x.offset_s + x.drift * since0, t1 = item.t1 + x.offset_s + x.drift * since1;
     if (!problem_.reference.covers(t0, t1)) return out;
     const GyroCurve& gyro = problem_.reference;
     const Mat3 to_sensor = x.R_reference_sensor.transpose();
@@ -80,15 +101,15 @@ class Model {
     const Quat predicted(Mat3(to_sensor * unbiased.toRotationMatrix() * x.R_reference_sensor));
 
     Vec3 residual;
-    Mat3 information = step.information;
+    Mat3 information;
     Eigen::Matrix<double, 3, 2> by_shape = Eigen::Matrix<double, 3, 2>::Zero();
-    if (problem_.signal.matches.empty()) {
-      residual = log_so3(predicted.conjugate() * exp_so3(step.rotation));
+    if (item.step) {
+      residual = log_so3(predicted.conjugate() * exp_so3(item.step->rotation));
+      information = item.step->information;
     } else {
       const Vec3 s0 = to_sensor * w0, s1 = to_sensor * w1;
       const Vec3 a0 = to_sensor * gyro.rate_slope(t0), a1 = to_sensor * gyro.rate_slope(t1);
-      if (!bearings(problem_.signal.matches[step.source], predicted, {s0, s1, a0, a1}, step.t1 - step.t0, x, out,
-                    residual, information, by_shape))
+      if (!bearings(*item.matches, predicted, {s0, s1, a0, a1}, item.t1 - item.t0, x, out, residual, information, by_shape))
         return out;
     }
     out.rows.col(offset) = to_sensor * (w1 - back * w0);
@@ -99,6 +120,7 @@ class Model {
     out.rows.middleCols<2>(readout) = by_shape;
     out.rows.col(unknowns) = residual;
     out.root = symmetric_root(with_noise(information, gyro_density_ * gyro_density_ * length));
+    out.predicted = log_so3(predicted);
     out.used = true;
     return out;
   }
@@ -142,8 +164,10 @@ class Model {
       if (options_.focal) extra[1].col(i) = row0 * by_focal(a) - p * (row1 * by_focal(b));
     }
     const bool shaped = options_.readout || options_.focal;
-    const auto normals = two_view_normals(pairs, predicted, shaped ? std::span(extra) : std::span<Eigen::Matrix3Xd>{});
+    const auto normals =
+        two_view_normals(pairs, predicted, shaped ? std::span(extra) : std::span<Eigen::Matrix3Xd>{}, two_view_);
     if (!normals) return false;
+    out.parallax = normals->parallax;
     information = normals->information.topLeftCorner<3, 3>();
     if (!(information.determinant() > 0)) return false;
     const Mat3 inverse = information.inverse();
@@ -162,30 +186,58 @@ class Model {
   const Problem& problem_;
   LikelihoodOptions options_;
   double gyro_density_;
+  TwoViewOptions two_view_;
 };
 
-/// All steps, on both cores; each step stands alone, so the result does not depend on the number of threads.
-std::vector<Linear> linearise_all(const Problem& problem, const Model& model, const Parameters& x, std::size_t stride) {
-  const auto& steps = problem.steps;
-  std::vector<Linear> out(steps.size());
+/// What the recording as a whole says about the parallax of a pair: a car moves forward, a camera on a tripod not at all.
+/// Rotation and sideways translation look alike in a narrow view, so this is worth much of the information. The spread
+/// includes the noise and whatever an offset not yet found has turned into parallax, so it promises too little rather
+/// than too much.
+void expect_parallax(const std::vector<Linear>& all, Model& model) {
+  std::vector<Vec3> seen;
+  for (const Linear& l : all)
+    if (l.used) seen.push_back(l.parallax);
+  if (seen.size() < 30) return;
+  Vec3 mean = Vec3::Zero();
+  Mat3 covariance = Mat3::Identity() * 1e6;
+  for (int pass = 0; pass < 8; ++pass) {
+    // A heavy-tailed fit (Student t): stops and bursts are part of many recordings.
+    constexpr double freedom = 3;
+    Vec3 sum = Vec3::Zero();
+    Mat3 squares = Mat3::Zero();
+    double weights = 0;
+    const Mat3 inverse = covariance.inverse();
+    for (const Vec3& v : seen) {
+      const double w = (freedom + 3) / (freedom + (v - mean).dot(inverse * (v - mean)));
+      sum += w * v, weights += w;
+      squares += w * (v - mean) * (v - mean).transpose();
+    }
+    mean = sum / weights;
+    covariance = squares / static_cast<double>(seen.size()) + 1e-14 * Mat3::Identity();
+  }
+  // The spread of a Student t with three degrees of freedom is three times its scale matrix.
+  model.expect_parallax(mean, (3 * covariance).inverse());
+}
+
+/// All items, on both cores; each step stands alone, so the result does not depend on the number of threads.
+std::vector<Linear> linearise_all(const std::vector<Item>& items, const Model& model, const Parameters& x,
+                                  std::size_t stride) {
+  std::vector<Linear> out(items.size());
   constexpr std::size_t block = 32;  // with a stride, whole blocks are kept so that neighbours stay neighbours
   const auto run = [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      if ((i / block) % stride != 0) continue;
-      out[i] = model.linearise(steps[i], x);
-      out[i].first = i == 0 || !out[i - 1].used || steps[i].t0 - steps[i - 1].t1 > 0.01 * problem.step_s ||
-                     steps[i].t0 < steps[i - 1].t1 - 0.01 * problem.step_s;
-    }
+    for (std::size_t i = first; i < last; ++i)
+      if ((i / block) % stride == 0) out[i] = model.linearise(items[i], x);
   };
-  // `first` looks at the step before: halves meet at a step that is simply said to be first.
-  const std::size_t half = steps.size() / 2;
-  if (steps.size() < 256) {
-    run(0, steps.size());
-    return out;
+  const std::size_t half = items.size() / 2;
+  if (items.size() < 256) {
+    run(0, items.size());
+  } else {
+    auto second = std::async(std::launch::async, run, half, items.size());
+    run(0, half);
+    second.get();
   }
-  auto second = std::async(std::launch::async, run, half, steps.size());
-  run(0, half);
-  second.get();
+  for (std::size_t i = 0; i < items.size(); ++i)
+    out[i].first = i == 0 || !out[i - 1].used || std::abs(items[i].t0 - items[i - 1].t1) > 1e-6;
   return out;
 }
 
@@ -303,37 +355,40 @@ State limited(State dx, double lobe_s) {
 }
 
 /// Share of the sensor's rotation that the prediction explains, and the outliers' share.
-void judge(const Problem& problem, const std::vector<Linear>& all, double scale, LikelihoodFit& fit) {
+void judge(const std::vector<Linear>& all, double scale, LikelihoodFit& fit) {
   double squares = 0, total = 0, n = 0, outliers = 0;
   Vec3 mean = Vec3::Zero();
-  for (std::size_t i = 0; i < all.size(); ++i)
-    if (all[i].used) mean += problem.steps[i].apparent, n += 1;
+  for (const Linear& l : all)
+    if (l.used) mean += l.predicted, n += 1;
   if (n == 0) return;
   mean /= n;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!all[i].used) continue;
-    const double misfit = (all[i].root * all[i].rows.col(unknowns)).norm() / (scale * std::sqrt(3.0));
+  for (const Linear& l : all) {
+    if (!l.used) continue;
+    const Vec3 residual = l.rows.col(unknowns);
+    const double misfit = (l.root * residual).norm() / (scale * std::sqrt(3.0));
     if (misfit > outlier_sigmas) {
       outliers += 1;
       continue;
     }
-    squares += all[i].rows.col(unknowns).squaredNorm();
-    total += (problem.steps[i].apparent - mean).squaredNorm();
+    squares += residual.squaredNorm();
+    total += (l.predicted + residual - mean).squaredNorm();
   }
   fit.used = static_cast<std::size_t>(n);
   fit.outliers = outliers / n;
   fit.explained = total > 0 ? 1 - squares / total : 0;
 }
 
-/// Offset alone in [first, last), everything else held.
-WindowOffset window_offset(const std::vector<Rows>& whitened, const Problem& problem, std::size_t first,
-                           std::size_t last, double s2) {
+/// Offset alone from the items whose middle lies in [from, to), everything else held.
+WindowOffset window_offset(const std::vector<Rows>& whitened, const std::vector<Item>& items, double from, double to,
+                           double s2) {
   double h = 0, g = 0;
-  for (std::size_t i = first; i < last; ++i) {
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const double middle = 0.5 * (items[i].t0 + items[i].t1);
+    if (middle < from || middle >= to) continue;
     h += whitened[i].col(offset).squaredNorm();
     g += whitened[i].col(offset).dot(whitened[i].col(unknowns));
   }
-  const double t = 0.5 * (problem.steps[first].t0 + problem.steps[last - 1].t1);
+  const double t = 0.5 * (from + to);
   return h > 0 ? WindowOffset{t, g / h, std::sqrt(s2 / h)} : WindowOffset{t, 0, 0};
 }
 
@@ -372,11 +427,14 @@ double largest_autocorrelation(const std::vector<Rows>& whitened) {
   return worst;
 }
 
-void keep_residuals(const Problem& problem, const std::vector<Linear>& all, LikelihoodFit& fit) {
+void keep_residuals(const std::vector<Item>& items, const std::vector<Linear>& all, LikelihoodFit& fit) {
   const std::size_t stride = std::max<std::size_t>(1, all.size() / 1500);
-  for (std::size_t i = 0; i < all.size(); i += stride) {
-    if (!all[i].used) continue;
-    fit.residual_t_s.push_back(0.5 * (problem.steps[i].t0 + problem.steps[i].t1));
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < all.size(); i += stride)
+    if (all[i].used) kept.push_back(i);
+  std::sort(kept.begin(), kept.end(), [&](std::size_t a, std::size_t b) { return items[a].t0 < items[b].t0; });
+  for (const std::size_t i : kept) {
+    fit.residual_t_s.push_back(0.5 * (items[i].t0 + items[i].t1));
     fit.residual_rad.push_back(all[i].rows.col(unknowns));
   }
 }
@@ -386,7 +444,8 @@ void keep_residuals(const Problem& problem, const std::vector<Linear>& all, Like
 LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, const LikelihoodOptions& options,
                                   double readout_start_s) {
   LikelihoodFit fit;
-  const Model model(problem, options);
+  Model model(problem, options);
+  const std::vector<Item> items = items_of(problem);
   Parameters x{start.offset_s, start.drift, start.centre_s, start.R_reference_sensor, Vec3::Zero(), readout_start_s, 0};
   Arma11 errors;
   double scale = 1;
@@ -395,14 +454,18 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
   LikelihoodOptions held = options;
 
   // A long recording settles on a part of it first; the whole then takes one or two steps.
-  std::size_t stride = std::max<std::size_t>(1, problem.steps.size() / 6000);
+  std::size_t stride = std::max<std::size_t>(1, items.size() / 6000);
   constexpr int most = 40;
   for (fit.iterations = 0; fit.iterations < most; ++fit.iterations) {
     // Readout and focal length join once the offset has settled: far from it they would chase its error.
     const bool shapes = fit.iterations >= 4 || readout_start_s != 0;
     held.readout = options.readout && shapes;
     held.focal = options.focal && shapes;
-    all = linearise_all(problem, model, x, stride);
+    all = linearise_all(items, model, x, stride);
+    if (!problem.pairs.empty() && fit.iterations >= 1 && fit.iterations < 4) {
+      expect_parallax(all, model);
+      all = linearise_all(items, model, x, stride);
+    }
     scale = residual_scale(all);
     if (fit.iterations >= 3) errors = measure_correlation(all, scale);
     n = accumulate(all, errors, scale);
@@ -414,8 +477,8 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
     step_by(x, dx);
     const Normal covariance = n.h.inverse() * s2;
     const double sigma = std::sqrt(std::max(0.0, covariance(offset, offset)));
-    const bool settled = std::abs(dx[offset]) < 0.01 * sigma + 1e-11 && dx.segment<3>(rotation).norm() < 1e-5 &&
-                         std::abs(dx[readout]) < 1e-7;
+    // A thousandth of the squared sigma-distance, in all unknowns at once: nothing that is reported moves any more.
+    const bool settled = dx.dot(n.h * dx) < 1e-3 * s2;
     if (getenv("DBG")) fprintf(stderr,"it %d off %.6f ms sig %.4f  dx %.2e drift %.2e rot %.2e ro %.2e f %.2e | ar %.3f ma %.3f scale %.2f s2 %.3f\n",fit.iterations,1e3*x.offset_s,1e3*sigma,dx[offset],dx[drift],dx.segment<3>(rotation).norm(),dx[readout],dx[focal],errors.ar,errors.ma,scale,s2);
     if (!settled || fit.iterations < 5) continue;
     if (stride == 1) {
@@ -426,7 +489,7 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
   }
 
   // The last linearisation is at the solution (or next to it): everything that is said of it comes from there.
-  all = linearise_all(problem, model, x, 1);
+  all = linearise_all(items, model, x, 1);
   scale = residual_scale(all);
   n = accumulate(all, errors, scale);
   const double s2 = n.squares / std::max(1.0, n.rows - double{unknowns});
@@ -442,8 +505,8 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
   fit.whiteness = largest_autocorrelation(dense);
   const Normal covariance = s2 * fit.inflation * fit.inflation * shape;
 
-  judge(problem, all, scale, fit);
-  keep_residuals(problem, all, fit);
+  judge(all, scale, fit);
+  keep_residuals(items, all, fit);
   fit.errors = errors;
   fit.misfit = scale;
   // The centre moves to where offset and drift are uncorrelated: there the offset is known best.
@@ -464,13 +527,15 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
   fit.readout_sigma_s = options.readout ? std::sqrt(covariance(readout, readout)) : 0;
   fit.log_focal_sigma = options.focal ? std::sqrt(covariance(focal, focal)) : 0;
 
-  const std::size_t count = problem.steps.size();
   const double window_s2 = s2 * fit.inflation * fit.inflation;
-  fit.halves[0] = window_offset(whitened, problem, 0, count / 2, window_s2);
-  fit.halves[1] = window_offset(whitened, problem, count / 2, count, window_s2);
-  const std::size_t windows = std::clamp<std::size_t>(count / 60, 2, 24);
-  for (std::size_t w = 0; w < windows; ++w)
-    fit.windows.push_back(window_offset(whitened, problem, w * count / windows, (w + 1) * count / windows, window_s2));
+  const double begin = problem.steps.front().t0, length = problem.steps.back().t1 - begin;
+  const auto piece = [&](double k, double of) {
+    return window_offset(whitened, items, begin + k / of * length, begin + (k + 1) / of * length, window_s2);
+  };
+  fit.halves[0] = piece(0, 2);
+  fit.halves[1] = piece(1, 2);
+  const double windows = std::clamp(std::floor(static_cast<double>(items.size()) / 60), 2.0, 24.0);
+  for (double w = 0; w < windows; ++w) fit.windows.push_back(piece(w, windows));
   return fit;
 }
 

@@ -14,34 +14,6 @@ GyroCurve curve_of(const ImuStream& imu) {
   return {std::move(t), imu.gyro_rad_s};
 }
 
-Quat rotation_of(const RotationIncrement& increment) {
-  return exp_so3(increment.rotation);
-}
-
-/// The rotation that maps bearings best when translation is left out of account: biased by it, but with far less noise
-/// than one that has to tell the two apart, which is what a search needs. Robust by reweighting.
-Vec3 apparent_rotation(const std::vector<BearingMatch>& matches) {
-  Mat3 rotation = Mat3::Identity();
-  double cut = 1;
-  std::vector<double> misfit(matches.size());
-  for (int pass = 0; pass < 4; ++pass) {
-    Mat3 correlation = Mat3::Zero();
-    for (std::size_t i = 0; i < matches.size(); ++i) {
-      const Vec3 from = matches[i].from.cast<double>(), to = matches[i].to.cast<double>();
-      const double r = misfit[i] / cut;
-      correlation += from * to.transpose() / (1 + r * r);
-    }
-    rotation = align_vectors(correlation).rotation;
-    for (std::size_t i = 0; i < matches.size(); ++i)
-      misfit[i] = (matches[i].from.cast<double>() - rotation * matches[i].to.cast<double>()).norm();
-    std::vector<double> sorted = misfit;
-    const auto mid = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), mid, sorted.end());
-    cut = std::max(1e-6, 1.5 * *mid);
-  }
-  return log_so3(Quat(rotation));
-}
-
 /// Steps no finer than the reference can resolve: consecutive increments are chained until they are long enough.
 std::vector<Step> chained(const RotationSignal& signal, double shortest_s) {
   std::vector<Step> steps;
@@ -49,7 +21,7 @@ std::vector<Step> chained(const RotationSignal& signal, double shortest_s) {
   const Stamp epoch = all.front().from;
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all[i].information.trace() <= 0) continue;
-    Quat rotation = rotation_of(all[i]);
+    Quat rotation = exp_so3(all[i].rotation), apparent = exp_so3(all[i].apparent);
     Mat3 covariance = Mat3::Zero();
     std::size_t last = i;
     bool merged = false;
@@ -57,18 +29,19 @@ std::vector<Step> chained(const RotationSignal& signal, double shortest_s) {
            all[last + 1].from == all[last].to && all[last + 1].information.trace() > 0) {
       if (!merged) covariance = all[i].information.inverse();
       ++last;
-      const Mat3 turn = rotation_of(all[last]).conjugate().toRotationMatrix();
+      const Quat next = exp_so3(all[last].rotation);
+      const Mat3 turn = next.conjugate().toRotationMatrix();
       covariance = (turn * covariance * turn.transpose() + all[last].information.inverse()).eval();
-      rotation = rotation * rotation_of(all[last]);
+      rotation = rotation * next;
+      apparent = apparent * exp_so3(all[last].apparent);
       merged = true;
     }
     Step s;
     s.t0 = seconds_since(epoch, all[i].from);
     s.t1 = seconds_since(epoch, all[last].to);
     s.rotation = log_so3(rotation);
-    s.apparent = signal.matches.empty() ? s.rotation : apparent_rotation(signal.matches[i]);
+    s.apparent = log_so3(apparent);
     s.information = merged ? Mat3(covariance.inverse()) : all[i].information;
-    s.source = i;
     if (!(s.t1 > s.t0)) throw std::invalid_argument("alignment: a rotation increment does not run forward in time");
     steps.push_back(s);
     i = last;
@@ -92,9 +65,10 @@ Problem::Problem(const RotationSignal& s, const ImuStream& imu)
       sensor_epoch(s.increments.front().from),
       reference_epoch(imu.stamps.front()),
       reference(curve_of(imu)) {
-  // A camera's bearings belong to their own pair of frames and are never chained.
-  steps = chained(s, s.matches.empty() ? 1.5 * reference.median_step_s() : 0.0);
+  steps = chained(s, 1.5 * reference.median_step_s());
   step_s = median_length(steps);
+  for (const BearingPair& p : s.pairs)
+    pairs.push_back({seconds_since(sensor_epoch, p.from), seconds_since(sensor_epoch, p.to), &p.matches});
 }
 
 }  // namespace takt::alignment

@@ -12,10 +12,15 @@ namespace takt::alignment {
 /// A rotation increment in seconds after the sensor's epoch.
 struct Step {
   double t0, t1;
-  Vec3 rotation;      ///< as measured
-  Vec3 apparent;      ///< the rotation alone that explains the bearings best; `rotation` where there are none
+  Vec3 rotation;
+  Vec3 apparent;
   Mat3 information;
-  std::size_t source;  ///< place in the signal's increments
+};
+
+/// Bearings over a step; `matches` points into the signal.
+struct PairStep {
+  double t0, t1;
+  const std::vector<BearingMatch>* matches;
 };
 
 /// Sensor and reference, each in seconds after its own first stamp, so that doubles keep their digits whatever the
@@ -26,7 +31,8 @@ struct Problem {
   const RotationSignal& signal;
   Stamp sensor_epoch;
   Stamp reference_epoch;
-  std::vector<Step> steps;  ///< measured ones only
+  std::vector<Step> steps;      ///< measured ones only, in order of time
+  std::vector<PairStep> pairs;  ///< chain by chain; empty where there are no bearings
   GyroCurve reference;
   double step_s;  ///< median length of a step
 
