@@ -15,6 +15,7 @@ if(TAKT_SANITIZE)
 endif()
 if(TAKT_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link)
+  add_custom_target(fuzzers)  # all of them, without the rest of the library
 endif()
 
 function(takt_room name)
@@ -53,6 +54,7 @@ function(takt_room name)
       add_executable(${fuzz} ${file})
       target_link_libraries(${fuzz} PRIVATE takt_${name} ${ROOM_PRIVATE})
       target_link_options(${fuzz} PRIVATE -fsanitize=fuzzer)
+      add_dependencies(fuzzers ${fuzz})
       # The program writes its own seeds into the corpus, so nothing but this folder is needed.
       file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/corpus/${fuzz})
       string(REGEX REPLACE "_fuzz$" "" short ${fuzz})

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
+#include <ctime>
 #include <numbers>
 
 #include "takt/recording/files.h"
@@ -205,19 +205,20 @@ TEST(CsvLog, RealFilesCutAnywhereReadOrSayWhy) {
   }
 }
 
-// One hour at 400 Hz. The limit is generous against a loaded machine; docs/ has the measured figure.
-TEST(CsvLog, AnHourIsReadInASecond) {
+// One hour at 400 Hz, 95 MB. CPU time, so that a busy machine does not matter; sanitizers are allowed to be slow.
+TEST(CsvLog, AnHourIsReadInUnderASecond) {
   std::string text = "t_ns,wx,wy,wz\n";
   for (int i = 0; i < 1'440'000; ++i)
     text +=
         fmt::format("{},{:.12f},{:.12f},{:.12f}\n", 1700000000000000000 + i * 2'500'000LL, 0.1 + i * 1e-7, -0.2, 0.3);
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();
   const Recording r = read(text);
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  const double took_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   EXPECT_EQ(r.imus[0].size(), 1'440'000u);
-  RecordProperty("seconds", std::to_string(took.count()));
-  EXPECT_LT(took.count(), 3.0);
-  fmt::print("{} bytes in {:.3f} s\n", text.size(), took.count());
+  RecordProperty("cpu_seconds", std::to_string(took_s));
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  EXPECT_LT(took_s, 0.7);
+#endif
 }
 
 }  // namespace

@@ -176,8 +176,8 @@ std::vector<StreamAudit> audit(const Recording& recording) {
   return all;
 }
 
-TidyImu tidy(ImuStream imu) {
-  TidyImu out;
+Tidied tidy(ImuStream imu) {
+  Tidied out;
   const auto finite = [&imu](std::size_t i) {
     return imu.gyro_rad_s[i].allFinite() && (imu.accel_m_s2.empty() || imu.accel_m_s2[i].allFinite());
   };
@@ -193,24 +193,22 @@ TidyImu tidy(ImuStream imu) {
   const auto same = [&imu](std::size_t a, std::size_t b) { return imu.stamps[a] == imu.stamps[b]; };
   order.erase(std::unique(order.begin(), order.end(), same), order.end());
 
-  if (non_finite > 0)
-    out.words.push_back(fmt::format("{}: {} rows with values that are not finite left out", imu.name, non_finite));
-  if (!in_order) out.words.push_back(imu.name + ": rows put in order of time");
+  if (non_finite > 0) out.words.push_back(fmt::format("{} rows with values that are not finite left out", non_finite));
+  if (!in_order) out.words.push_back("rows put in order of time");
   if (order.size() < all)
-    out.words.push_back(
-        fmt::format("{}: {} rows with a stamp that was there already left out", imu.name, all - order.size()));
+    out.words.push_back(fmt::format("{} rows with a stamp that was there already left out", all - order.size()));
   if (out.words.empty()) {
-    out.stream = std::move(imu);
+    out.imu = std::move(imu);
     return out;
   }
-  out.stream.name = imu.name;
-  out.stream.clock = imu.clock;
-  out.stream.noise = imu.noise;
-  out.stream.T_body_imu = imu.T_body_imu;
+  out.imu.name = imu.name;
+  out.imu.clock = imu.clock;
+  out.imu.noise = imu.noise;
+  out.imu.T_body_imu = imu.T_body_imu;
   for (const std::size_t i : order) {
-    out.stream.stamps.push_back(imu.stamps[i]);
-    out.stream.gyro_rad_s.push_back(imu.gyro_rad_s[i]);
-    if (!imu.accel_m_s2.empty()) out.stream.accel_m_s2.push_back(imu.accel_m_s2[i]);
+    out.imu.stamps.push_back(imu.stamps[i]);
+    out.imu.gyro_rad_s.push_back(imu.gyro_rad_s[i]);
+    if (!imu.accel_m_s2.empty()) out.imu.accel_m_s2.push_back(imu.accel_m_s2[i]);
   }
   return out;
 }

@@ -47,10 +47,10 @@ struct StreamAudit {
 [[nodiscard]] std::vector<StreamAudit> audit(const Recording& recording);
 
 /// An IMU that estimators can walk along: in order of time, each stamp once (the first one stays), all values finite.
-struct TidyImu {
-  ImuStream stream;
+struct Tidied {
+  ImuStream imu;
   std::vector<std::string> words;  ///< how many rows were moved or left out; empty when nothing had to be done
 };
-[[nodiscard]] TidyImu tidy(ImuStream imu);
+[[nodiscard]] Tidied tidy(ImuStream imu);
 
 }  // namespace takt

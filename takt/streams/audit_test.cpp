@@ -116,12 +116,12 @@ TEST(Audit, TidySortsAndLeavesOut) {
   imu.stamps = stamps_of({0, 20, 10, 10, 30, 40});
   imu.gyro_rad_s[4].z() = std::numeric_limits<double>::infinity();
   const Vec3 first_of_two = imu.gyro_rad_s[2];
-  const TidyImu tidied = tidy(imu);
-  EXPECT_EQ(tidied.stream.stamps, stamps_of({0, 10, 20, 40}));
-  EXPECT_EQ(tidied.stream.gyro_rad_s[1], first_of_two);
-  EXPECT_EQ(tidied.stream.accel_m_s2.size(), 4u);
+  const Tidied tidied = tidy(imu);
+  EXPECT_EQ(tidied.imu.stamps, stamps_of({0, 10, 20, 40}));
+  EXPECT_EQ(tidied.imu.gyro_rad_s[1], first_of_two);
+  EXPECT_EQ(tidied.imu.accel_m_s2.size(), 4u);
   EXPECT_EQ(tidied.words.size(), 3u);
-  EXPECT_TRUE(tidy(tidied.stream).words.empty());
+  EXPECT_TRUE(tidy(tidied.imu).words.empty());
 }
 
 }  // namespace
