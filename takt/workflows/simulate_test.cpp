@@ -159,6 +159,19 @@ TEST_F(Simulate, AScenarioMayBeTheNameOfAMotion) {
   EXPECT_NE(text("truth.json").find("\"motion\": \"still\""), std::string::npos);
 }
 
+TEST_F(Simulate, EveryScenarioOfTheProjectCanBeMade) {
+  int made = 0;
+  for (const auto& entry : fs::directory_iterator(fs::path(TAKT_SOURCE_DIR) / "scenarios")) {
+    if (entry.path().extension() != ".yaml") continue;
+    request_.scenario = entry.path().string();
+    request_.folder = (root_ / entry.path().stem()).string();
+    request_.changes = {{"duration_s", "1"}, {"tracks", "true"}};
+    EXPECT_NO_THROW(static_cast<void>(run())) << entry.path();
+    ++made;
+  }
+  EXPECT_GE(made, 18);
+}
+
 TEST_F(Simulate, WhatCannotBeSimulatedIsSaidAndLeavesNothingBehind) {
   const auto complaint = [&](ParameterChanges changes) {
     request_.changes = std::move(changes);
