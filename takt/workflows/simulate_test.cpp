@@ -107,6 +107,7 @@ TEST_F(Simulate, AnAslFolderReadsBackAsItWasMade) {
 TEST_F(Simulate, ATracksFolderReadsBackAsItWasMade) {
   request_.changes["tracks"] = "true";
   request_.changes["fisheye"] = "true";
+  request_.changes["stamp"] = "end";
   request_.changes["rolling_shutter_s"] = "0.03";
   static_cast<void>(run());
   const Recording read = open_recording(request_.folder);
@@ -119,6 +120,8 @@ TEST_F(Simulate, ATracksFolderReadsBackAsItWasMade) {
   expect_same(cam.model, wanted.model);
   EXPECT_EQ(cam.pixel_sigma, wanted.pixel_sigma);
   EXPECT_NEAR(cam.timing.readout_s, 0.03, 1e-15);
+  EXPECT_EQ(cam.timing.instant, ExposureInstant::end);
+  EXPECT_EQ(cam.timing.exposure_s, wanted.timing.exposure_s);
   ASSERT_EQ(cam.features.size(), wanted.features.size());
   for (std::size_t i = 0; i < cam.size(); ++i) {
     ASSERT_EQ(cam.features[i].size(), wanted.features[i].size());
@@ -165,7 +168,7 @@ TEST_F(Simulate, EveryScenarioOfTheProjectCanBeMade) {
     if (entry.path().extension() != ".yaml") continue;
     request_.scenario = entry.path().string();
     request_.folder = (root_ / entry.path().stem()).string();
-    request_.changes = {{"duration_s", "1"}, {"tracks", "true"}};
+    request_.changes = {{"duration_s", "1"}, {"resolution", "64x48"}};
     EXPECT_NO_THROW(static_cast<void>(run())) << entry.path();
     ++made;
   }
@@ -186,6 +189,8 @@ TEST_F(Simulate, WhatCannotBeSimulatedIsSaidAndLeavesNothingBehind) {
   EXPECT_EQ(complaint({{"offset_s", "1,5"}}), "offset_s: '1,5' is not a number");
   EXPECT_EQ(complaint({{"stamp", "late"}}), "stamp: 'late' is none of start, middle, end");
   EXPECT_EQ(complaint({{"drop", "1.5"}}), "drop: '1.5' does not lie between 0 and 0.99");
+  EXPECT_NE(complaint({{"tracks", "true"}, {"stamp", "end"}, {"exposure_swing", "0.2"}}).find("one exposure"),
+            std::string::npos);
   EXPECT_EQ(complaint({{"exposure_s", "-0.1"}}), "exposure_s: '-0.1' is negative");
   EXPECT_NE(complaint({{"resolution", "640"}}).find("WIDTHxHEIGHT"), std::string::npos);
   EXPECT_NE(complaint({{"motion", "dance"}}).find("there are handheld"), std::string::npos);
