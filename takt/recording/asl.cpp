@@ -54,18 +54,6 @@ std::string read_if_there(const fs::path& file, std::vector<std::string>& files)
   return read_file(file.string());
 }
 
-ExposureInstant exposure_instant(const YamlFields& sensor, const std::string& name, std::vector<std::string>& notes) {
-  const auto stamp = sensor.text("stamp");
-  if (!stamp) {
-    notes.push_back(name + ": no key 'stamp' in its sensor.yaml; stamps taken as the middle of the exposure");
-    return ExposureInstant::middle;
-  }
-  if (*stamp == "start") return ExposureInstant::start;
-  if (*stamp == "end") return ExposureInstant::end;
-  if (*stamp != "middle") sensor.fail("stamp", fmt::format("is '{}', not start, middle or end", *stamp));
-  return ExposureInstant::middle;
-}
-
 Shutter shutter(const YamlFields& sensor) {
   const auto kind = sensor.text("shutter");
   if (!kind) return Shutter::unknown;
@@ -74,19 +62,15 @@ Shutter shutter(const YamlFields& sensor) {
   return Shutter::rolling;
 }
 
-/// A duration (s) between 0 and a minute; 0 where it is not said.
-double duration_s(const YamlFields& sensor, const std::string& key) {
-  const double value = sensor.number(key).value_or(0);
-  if (!(value >= 0 && value < 60)) sensor.fail(key, "is not a duration in seconds");
-  return value;
-}
-
 void read_camera_sensor(CameraStream& camera, const YamlFields& sensor, std::vector<std::string>& notes) {
   camera.T_body_cam = sensor.transform("T_BS");
   std::string note;
   camera.model = camera_model(sensor, note);
   if (!note.empty()) notes.push_back(camera.name + ": " + note);
-  camera.timing.instant = exposure_instant(sensor, camera.name, notes);
+  const auto instant = exposure_instant(sensor);
+  if (!instant)
+    notes.push_back(camera.name + ": no key 'stamp' in its sensor.yaml; stamps taken as the middle of the exposure");
+  camera.timing.instant = instant.value_or(ExposureInstant::middle);
   camera.timing.shutter = shutter(sensor);
   camera.timing.exposure_s = duration_s(sensor, "exposure_s");
   camera.timing.readout_s = duration_s(sensor, "readout_s");

@@ -99,6 +99,8 @@ void read_calibration(const YamlFields& calib, TrackStream& tracks, std::vector<
   if (tracks.pixel_sigma && !(*tracks.pixel_sigma > 0)) fields.fail("pixel_noise_sigma", "is not positive");
   tracks.T_body_cam = fields.transform("T_imu_cam");
   tracks.timing.rows = tracks.model.height;
+  tracks.timing.instant = exposure_instant(fields).value_or(ExposureInstant::middle);
+  tracks.timing.exposure_s = duration_s(fields, "exposure_s");
   const double line_delay_s = fields.number("rolling_shutter_line_delay_s").value_or(0);
   if (!(line_delay_s >= 0 && line_delay_s < 1))
     fields.fail("rolling_shutter_line_delay_s", "is not a delay in seconds");

@@ -167,4 +167,19 @@ std::optional<CameraModel> camera_model(const YamlFields& fields, std::string& n
   return model;
 }
 
+std::optional<ExposureInstant> exposure_instant(const YamlFields& fields) {
+  const auto stamp = fields.text("stamp");
+  if (!stamp) return std::nullopt;
+  if (*stamp == "start") return ExposureInstant::start;
+  if (*stamp == "end") return ExposureInstant::end;
+  if (*stamp != "middle") fields.fail("stamp", fmt::format("is '{}', not start, middle or end", *stamp));
+  return ExposureInstant::middle;
+}
+
+double duration_s(const YamlFields& fields, const std::string& key) {
+  const double value = fields.number(key).value_or(0);
+  if (!(value >= 0 && value < 60)) fields.fail(key, "is not a duration in seconds");
+  return value;
+}
+
 }  // namespace takt

@@ -8,6 +8,7 @@
 
 #include "takt/motion/rotation.h"
 #include "takt/streams/camera_model.h"
+#include "takt/streams/frame_timing.h"
 
 namespace takt {
 
@@ -41,5 +42,9 @@ class YamlFields {
 /// distortion_model, distortion_coefficients or distortion_coeffs. Nothing where there are no intrinsics; nothing and a
 /// sentence in `note` where the model is one that takt does not have.
 [[nodiscard]] std::optional<CameraModel> camera_model(const YamlFields& fields, std::string& note);
+
+/// `stamp: start|middle|end`, and a duration (s) between 0 and a minute, 0 where it is not said.
+[[nodiscard]] std::optional<ExposureInstant> exposure_instant(const YamlFields& fields);
+[[nodiscard]] double duration_s(const YamlFields& fields, const std::string& key);
 
 }  // namespace takt

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/simulation/handheld.h"
 
+#include <algorithm>
+
 #include "takt/version.h"
 
 namespace takt {
 
 namespace {
 
-/// Finer than a pixel of a 640-wide picture sees at 2 m, and no finer than needed for a hall.
-double texel_for(const Vec3& half_extent_m) {
-  return half_extent_m.maxCoeff() > 5 ? 0.01 : 0.005;
+/// About what a pixel sees of a wall at the mean distance: finer would shimmer, coarser would look soft.
+double texel_for(const Vec3& half_extent_m, const CameraModel& model) {
+  return std::clamp(half_extent_m.mean() / model.fx, 0.002, 0.02);
 }
 
 class RenderingReader : public FrameReader {
@@ -46,7 +48,7 @@ CameraStream rendered_camera(const HandheldOptions& o, const std::shared_ptr<con
   out.model = o.camera.model();
   out.T_body_cam = o.camera.T_body_cam;
   const Vec3 half = o.motion.room_half_extent_m;
-  const auto room = std::make_shared<const Room>(make_room(half, texel_for(half), o.seed));
+  const auto room = std::make_shared<const Room>(make_room(half, texel_for(half, *out.model), o.seed));
   const auto renderer = std::make_shared<const Renderer>(trajectory, o.camera, room, o.image_noise, o.seed);
   const auto schedule = std::make_shared<const std::vector<Exposure>>(exposures);
   out.open = [renderer, schedule, threads = o.threads] {

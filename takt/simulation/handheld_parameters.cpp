@@ -69,6 +69,9 @@ void check(const HandheldParameters& p) {
   within("offset_s", p.offset_s, -1e9, 1e9);
   within("landmarks", p.landmarks, 0, 1e6);
   if (p.field_of_view_deg) within("field_of_view_deg", *p.field_of_view_deg, 5, p.fisheye ? 200 : 150);
+  if (p.tracks && p.exposure_swing > 0 && p.stamp != "middle")
+    throw_bad_value("exposure_swing", parameter_text(p.exposure_swing),
+                    "cannot be told by tracks, which have one exposure for all frames: stamp the middle");
   if (p.radtan && p.fisheye) throw_bad_value("fisheye", "true", "and radtan are two lenses: choose one");
 }
 

@@ -36,7 +36,7 @@ TEST(Imu, AnIdealOneReadsTheTruthAtItsStamps) {
 /// The delay that makes the truth fit the gyro best: Newton's method on Σ|gyro(t) − ω(t − d)|².
 double measured_delay(const Trajectory& truth, const ImuStream& imu, const SimulatedClocks& clocks) {
   double delay = 0;
-  for (int round = 0; round < 20; ++round) {
+  for (int round = 0; round < 6; ++round) {
     double gradient = 0, curvature = 0;
     for (std::size_t i = 0; i < imu.size(); ++i) {
       const double t = true_time(imu.stamps[i], clocks) - delay, h = 1e-4;

@@ -102,22 +102,21 @@ void Renderer::add_row(int y, const Pose& pose, float* sum) const {
   const Eigen::Vector3f* bearings = bearings_.data() + static_cast<std::ptrdiff_t>(y) * model_.width;
   const Eigen::Vector3f half = room_->half_extent_m.cast<float>();
   const auto per_m = static_cast<float>(1 / room_->texel_m);
+  int axis = 0;  // neighbours mostly see the same wall: it is tried first
   for (int x = 0; x < model_.width; ++x) {
+    if (bearings[x].isZero(0)) continue;  // the lens sees nothing here
     const Eigen::Vector3f d = pose.rotation * bearings[x];
-    // The wall that the ray leaves the box through is the nearest of the three that it heads for.
-    int axis = 0;
-    float nearest = std::numeric_limits<float>::infinity();
-    for (int i = 0; i < 3; ++i) {
-      const float distance = (std::copysign(half[i], d[i]) - pose.position[i]) / d[i];
-      const bool nearer = distance < nearest;
-      axis = nearer ? i : axis;
-      nearest = nearer ? distance : nearest;
+    for (int tries = 0; tries < 3; ++tries, axis = Room::u_axis(axis)) {
+      const int u = Room::u_axis(axis), v = Room::v_axis(axis);
+      const float distance = (std::copysign(half[axis], d[axis]) - pose.position[axis]) / d[axis];
+      const float at_u = pose.position[u] + distance * d[u], at_v = pose.position[v] + distance * d[v];
+      // From inside a box a ray leaves through the wall whose plane it meets within the wall. Just at an edge rounding
+      // may deny it to both walls; the third try then settles for any.
+      if ((std::abs(at_u) > half[u] || std::abs(at_v) > half[v]) && tries < 2) continue;
+      const Texture& wall = room_->faces[static_cast<std::size_t>(2 * axis + (d[axis] > 0 ? 1 : 0))];
+      sum[x] += wall.at((at_u + half[u]) * per_m, (at_v + half[v]) * per_m);
+      break;
     }
-    if (!(nearest < std::numeric_limits<float>::infinity())) continue;  // a pixel without a bearing stays black
-    const int u = Room::u_axis(axis), v = Room::v_axis(axis);
-    const Texture& wall = room_->faces[static_cast<std::size_t>(2 * axis + (d[axis] > 0 ? 1 : 0))];
-    sum[x] += wall.at((pose.position[u] + nearest * d[u] + half[u]) * per_m,
-                      (pose.position[v] + nearest * d[v] + half[v]) * per_m);
   }
 }
 

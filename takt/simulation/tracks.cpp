@@ -30,6 +30,7 @@ FrameView::FrameView(const Trajectory& truth, const SimulatedCamera& camera, con
       T_body_cam_(camera.T_body_cam),
       middle_s_(middle_s),
       line_delay_s_(camera.timing().line_delay_s()),
+      margin_px_(10 + model.fx * camera.readout_s * truth.omega_body(middle_s + 0.5 * camera.readout_s).norm()),
       cam_from_world_(cam_from_world(truth, T_body_cam_, middle_s + 0.5 * camera.readout_s)) {}
 
 std::optional<Vec2> FrameView::pixel_of(const Vec3& point_world) const {
@@ -37,13 +38,13 @@ std::optional<Vec2> FrameView::pixel_of(const Vec3& point_world) const {
   if (!pixel) return std::nullopt;
   if (line_delay_s_ == 0) return in_image(model_, *pixel, 0) ? pixel : std::nullopt;
   // What lies far outside while the middle row is read does not come in while the others are.
-  if (!in_image(model_, *pixel, 0.5 * model_.width)) return std::nullopt;
+  if (!in_image(model_, *pixel, margin_px_)) return std::nullopt;
   // Fixed point: the row says when, when says the row. It contracts as long as the picture moves slower than the
   // readout.
   for (int round = 0; round < 50; ++round) {
-    const double row = std::clamp(pixel->y(), -1.0, model_.height + 0.0);
+    const double row = pixel->y();
     pixel = model_.project(cam_from_world(truth_, T_body_cam_, middle_s_ + row * line_delay_s_) * point_world);
-    if (!pixel) return std::nullopt;
+    if (!pixel || !in_image(model_, *pixel, 2 * margin_px_)) return std::nullopt;
     if (std::abs(pixel->y() - row) < 1e-9) return in_image(model_, *pixel, 0) ? pixel : std::nullopt;
   }
   return std::nullopt;

@@ -34,6 +34,7 @@ class FrameView {
   const CameraModel& model_;
   Mat4 T_body_cam_;
   double middle_s_, line_delay_s_;
+  double margin_px_;                  ///< twice what the picture moves by until the farthest row is read
   Eigen::Isometry3d cam_from_world_;  ///< when the middle row is read
 };
 

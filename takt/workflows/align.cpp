@@ -32,9 +32,9 @@ RotationSignal camera_rotation(const CameraStream& camera, const AlignJob& job, 
 }
 
 ImuStream tidied(const ImuStream& imu, std::vector<std::string>& notes) {
-  Tidied out = tidy(imu);
+  TidyImu out = tidy(imu);
   for (const std::string& word : out.words) notes.push_back(fmt::format("{}: {}", imu.name, word));
-  return std::move(out.imu);
+  return std::move(out.stream);
 }
 
 RotationSignal rotation_of(const StreamRef& stream, const AlignJob& job, std::vector<std::string>& notes) {
