@@ -78,4 +78,12 @@ std::string time_words(double value_s, std::optional<double> sigma_s) {
   return std::isfinite(value_s) ? nanosecond_words(1e9L * static_cast<long double>(value_s), sigma_s) : "unknown";
 }
 
+std::string rounded_time_words(double sigma_s) {
+  if (!known(sigma_s)) return time_words(sigma_s, std::nullopt);
+  const long double sigma_ns = 1e9L * static_cast<long double>(sigma_s);
+  const TimeUnit& unit = unit_for(sigma_ns);
+  return fmt::format("{:.{}f} {}", sigma_ns / unit.ns, decimals_for(static_cast<double>(sigma_ns / unit.ns)),
+                     unit.name);
+}
+
 }  // namespace takt

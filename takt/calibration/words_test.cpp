@@ -39,6 +39,12 @@ TEST(Words, WithoutSigmaEveryNanosecondIsSaid) {
   EXPECT_EQ(time_words(nanoseconds::min(), {}), "-9223372036.854775808 s");
 }
 
+TEST(Words, AScatterByItselfKeepsItsDigits) {
+  EXPECT_EQ(rounded_time_words(83e-6), "83 µs");
+  EXPECT_EQ(rounded_time_words(1.234e-3), "1.2 ms");
+  EXPECT_EQ(rounded_time_words(0), "0 s");
+}
+
 TEST(Words, WhatIsNotANumberIsUnknown) {
   EXPECT_EQ(time_words(std::numeric_limits<double>::quiet_NaN(), {}), "unknown");
   EXPECT_EQ(time_words(0.5, std::numeric_limits<double>::quiet_NaN()), "500 ms");
