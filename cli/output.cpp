@@ -8,7 +8,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "cli/interrupt.h"
 #include "cli/progress.h"
@@ -22,20 +21,6 @@ namespace {
 
 bool is_yaml(const std::string& path) {
   return path.ends_with(".yaml") || path.ends_with(".yml");
-}
-
-/// Said before the work, not after an hour of it.
-CLI::Validator writable_as(std::vector<std::string> endings) {
-  return CLI::Validator(
-      [endings](std::string& path) -> std::string {
-        if (path.starts_with("/dev/")) return "";
-        const auto folder = std::filesystem::path(path).parent_path();
-        if (!folder.empty() && !std::filesystem::is_directory(folder))
-          return fmt::format("'{}' cannot be written: there is no folder {}", path, folder.string());
-        if (std::any_of(endings.begin(), endings.end(), [&](const auto& e) { return path.ends_with(e); })) return "";
-        return fmt::format("'{}' should end in {}", path, fmt::format("{}", CLI::detail::join(endings, " or ")));
-      },
-      "");
 }
 
 std::string painted(const std::string& s, const char* code, bool colour) {
@@ -78,6 +63,19 @@ std::string table_of_methods(const Estimate& e, bool colour) {
 
 }  // namespace
 
+CLI::Validator writable_as(std::vector<std::string> endings) {
+  return CLI::Validator(
+      [endings](std::string& path) -> std::string {
+        if (path.starts_with("/dev/")) return "";
+        const auto folder = std::filesystem::path(path).parent_path();
+        if (!folder.empty() && !std::filesystem::is_directory(folder))
+          return fmt::format("'{}' cannot be written: there is no folder {}", path, folder.string());
+        if (std::any_of(endings.begin(), endings.end(), [&](const auto& e) { return path.ends_with(e); })) return "";
+        return fmt::format("'{}' should end in {}", path, CLI::detail::join(endings, " or "));
+      },
+      "");
+}
+
 void add_common(CLI::App& verb, Common& common) {
   verb.add_flag("--json", common.json, "print one JSON object and nothing else");
   verb.add_flag("-q,--quiet", common.quiet, "print the one line that matters, without progress");
@@ -111,7 +109,7 @@ std::string in_words(const Estimate& e, bool brief, bool colour) {
 
 int hand_over(const Estimate& e, const Common& common) {
   if (!common.output.empty()) write_result(e, common.output);
-  if (!common.report.empty()) write_file(common.report, report_page({e}, {common.report}));
+  if (!common.report.empty()) write_file(common.report, report_page({e}, {}));
   if (common.json)
     fmt::print("{}", to_json(e));
   else
@@ -125,9 +123,12 @@ void write_result(const Estimate& e, const std::string& path) {
 
 Estimate read_result(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  if (!in || !(text << in.rdbuf())) throw Error(std::string("cannot be read: ") + std::strerror(errno), path, "");
-  return is_yaml(path) ? estimate_from_yaml(text.str(), path) : estimate_from_json(text.str(), path);
+  std::string text;
+  std::vector<char> buffer(1 << 16);
+  while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0)
+    text.append(buffer.data(), static_cast<std::size_t>(in.gcount()));
+  if (!in.eof()) throw Error(std::string("cannot be read: ") + std::strerror(errno), path, "");
+  return is_yaml(path) ? estimate_from_yaml(text, path) : estimate_from_json(text, path);
 }
 
 }  // namespace takt::cli

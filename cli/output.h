@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <string>
+#include <vector>
 
 #include "cli/verbs.h"
 #include "takt/calibration/estimate.h"
@@ -12,6 +13,9 @@ namespace takt::cli {
 void add_common(CLI::App& verb, Common& common);
 /// -o and --report, for verbs whose outcome is a result.
 void add_result_output(CLI::App& verb, Common& common);
+
+/// Checks a file to be written before the work, not after an hour of it: its folder exists, its ending fits.
+[[nodiscard]] CLI::Validator writable_as(std::vector<std::string> endings);
 
 /// Writes -o and --report, prints the result (or, with --json, exactly one object) and returns the exit status.
 [[nodiscard]] int hand_over(const Estimate& e, const Common& common);

@@ -67,7 +67,7 @@ std::vector<Tick> Axis::ticks(int about) const {
   const double step = nice_step(high - low, about);
   const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
   std::vector<Tick> out;
-  for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k)
+  for (double k = std::ceil(low / step - 1e-6); k * step <= high + 1e-6 * step; ++k)
     out.push_back({base + k * step / factor, with_minus(fmt::format("{:.{}f}", k * step, decimals))});
   return out;
 }

@@ -72,8 +72,7 @@ figcaption .number { font: 600 .78rem/1 var(--sans); color: var(--soft); margin-
 .live .key { cursor: pointer; border-radius: 4px; }
 .key[aria-pressed="false"] { opacity: .45; text-decoration: line-through; }
 .key span { color: var(--ink); }
-svg.chart { display: block; width: 100%; overflow: visible; font: 12px var(--sans); }
-.frame, .plot { x: var(--left); width: calc(100% - var(--left) - 10px); }
+svg.chart { display: block; margin-left: var(--left); width: calc(100% - var(--left) - 10px); overflow: visible; font: 12px var(--sans); }
 .frame { overflow: visible; pointer-events: none; }
 .plot { overflow: hidden; }
 .chart text { fill: var(--soft); font-variant-numeric: tabular-nums; }
@@ -87,10 +86,10 @@ svg.chart { display: block; width: 100%; overflow: visible; font: 12px var(--san
 .marks text { fill: var(--ink); paint-order: stroke; stroke: var(--paper); stroke-width: 4px; stroke-linejoin: round; }
 .marks .left { text-anchor: end; transform: translateX(-6px); } .marks .right { transform: translateX(6px); }
 .plot path { vector-effect: non-scaling-stroke; fill: none; stroke: currentColor; stroke-width: 1.5; stroke-linejoin: round; }
-.plot path.dots { stroke-width: 6.5; stroke-linecap: round; } .plot path.dots.fine { stroke-width: 3; }
-.plot path.segments { stroke-width: 1.25; opacity: .75; } .plot path.segments.fine { stroke-width: .75; opacity: .3; }
+.plot path.dots { stroke-width: 6.5; stroke-linecap: round; } .plot path.dots.small { stroke-width: 4.5; } .plot path.dots.fine { stroke-width: 3; }
+.plot path.segments { stroke-width: 1.25; opacity: .75; } .plot path.segments.fine { stroke-width: .75; opacity: .2; }
 .plot path.band { fill: currentColor; stroke: none; opacity: .17; }
-.plot path.columns { fill: currentColor; stroke: none; opacity: .75; }
+.plot path.columns { fill: currentColor; stroke: none; opacity: .85; }
 .c0 { color: var(--c0); } .c1 { color: var(--c1); } .c2 { color: var(--c2); } .c3 { color: var(--c3); } .c4 { color: var(--c4); } .c5 { color: var(--c5); }
 .live .plot { cursor: crosshair; touch-action: pan-y; }
 .cursor { stroke: var(--soft); } .lens { fill: var(--c0); opacity: .12; }
@@ -98,6 +97,7 @@ svg.chart { display: block; width: 100%; overflow: visible; font: 12px var(--san
 .back { position: absolute; right: 0; top: 0; font: .78rem var(--sans); color: var(--ink); background: var(--wash); border: 1px solid var(--faint); border-radius: 5px; padding: .2em .7em; cursor: pointer; }
 .back[hidden] { display: none; }
 .canvas:focus-visible, .key:focus-visible, .back:focus-visible { outline: 2px solid var(--c0); outline-offset: 3px; border-radius: 3px; }
+.hint { display: none; font: .82rem/1.5 var(--sans); color: var(--soft); margin: -.4rem 0 1.4rem; } .live .hint { display: block; }
 details { border-top: 1px solid var(--faint); padding: .8rem 0; } summary { cursor: pointer; font-weight: 600; }
 footer { margin-top: 3rem; font: .8rem/1.5 var(--sans); color: var(--soft); }
 @media (max-width: 36rem) {
@@ -110,7 +110,7 @@ footer { margin-top: 3rem; font: .8rem/1.5 var(--sans); color: var(--soft); }
 @media print {
   :root { color-scheme: light; --paper: #fff; --ink: #000; --soft: #444; --faint: #ccc; --wash: #f5f5f5;
     --trusted: #176b3a; --weak: #8a5300; --refused: #a3211f; --c0: #0f62ac; --c1: #d1490c; --c2: #11795a; --c3: #8a3ca6; --c4: #8a6a00; --c5: #56606b; }
-  body { font-size: 10.5pt; } main { max-width: none; padding: 0; } .back, .hint { display: none; }
+  body { font-size: 10.5pt; } main { max-width: none; padding: 0; } .back, .live .hint { display: none; }
   h2 { break-after: avoid; } @page { margin: 18mm 16mm; }
 }
 )css";

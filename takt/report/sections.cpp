@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "takt/calibration/words.h"
@@ -93,7 +94,10 @@ std::string method_row(const Estimate& e, const Intervals& intervals, bool chose
 
 std::string legend(const Figure& f) {
   std::string out = "<div class=\"legend\">", seen = "\n";
-  for (const Layer& l : f.layers) {
+  std::vector<Layer> in_order = f.layers;
+  std::stable_sort(in_order.begin(), in_order.end(),
+                   [](const Layer& a, const Layer& b) { return a.colour < b.colour; });
+  for (const Layer& l : in_order) {
     if (seen.find("\n" + l.series + "\n") != seen.npos) continue;
     seen += l.series + "\n";
     out += fmt::format(
@@ -158,7 +162,9 @@ std::string methods(const Estimate& e) {
 
 std::string evidence(const Estimate& e, const std::string& prefix) {
   if (e.evidence.panels.empty()) return "";
-  std::string out = "<section>\n<h2>Evidence</h2>\n";
+  std::string out =
+      "<section>\n<h2>Evidence</h2>\n<p class=\"hint\">Drag across a plot to look closer, double-click to go back, "
+      "click a name to hide it.</p>\n";
   for (std::size_t i = 0; i < e.evidence.panels.size(); ++i) {
     const Panel& p = e.evidence.panels[i];
     out += fmt::format("<figure data-panel=\"{}\">\n<figcaption><h3><span class=\"number\">{}</span>{}</h3>",
@@ -168,9 +174,7 @@ std::string evidence(const Estimate& e, const std::string& prefix) {
     for (const Figure& f : figures_of(p)) out += canvas(f, p, fmt::format("{}fig{}-{}", prefix, i + 1, ++part));
     out += "</figure>\n";
   }
-  return out +
-         "<p class=\"hint\">Drag across a plot to look closer, double-click to go back, click a name to hide "
-         "it.</p>\n</section>\n";
+  return out + "</section>\n";
 }
 
 std::string assumptions(const Estimate& e) {

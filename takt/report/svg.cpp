@@ -21,7 +21,7 @@ constexpr double extent = 100'000;
 /// Runs of points a line keeps: one a pixel of a wide page.
 constexpr std::size_t buckets = 1000;
 
-constexpr int plot_top = 24, plot_height = 210, below_plot = 40;
+constexpr int plot_height = 210, below_plot = 40;
 
 struct Scale {
   const Figure& f;
@@ -127,7 +127,7 @@ const char* class_of(const Layer& l) {
     case Shape::line:
       return "line";
     case Shape::dots:
-      return l.x.size() > 400 ? "dots fine" : "dots";
+      return l.x.size() > 400 ? "dots fine" : l.x.size() > 100 ? "dots small" : "dots";
     case Shape::segments:
       return l.x.size() > 400 ? "segments fine" : "segments";
     case Shape::band:
@@ -185,12 +185,13 @@ std::string to_svg(const Figure& f, const Caption& caption) {
   const auto x_ticks = f.x.ticks(9), y_ticks = f.y.ticks(5);
   std::size_t widest = 1;
   for (const Tick& t : y_ticks) widest = std::max(widest, characters(t.label));
+  const int plot_top = f.y.unit.empty() ? 8 : 24;  // the unit stands above the axis
   const std::size_t left = 14 + 7 * widest;
-  const std::string place = fmt::format(R"(x="{}" y="{}" height="{}")", left, plot_top, plot_height);
+  const std::string place = fmt::format(R"(y="{}" width="100%" height="{}")", plot_top, plot_height);
 
   std::string out = fmt::format(
       R"(<svg class="chart" role="img" aria-labelledby="{0}-t {0}-d" height="{1}" style="--left:{2}px">)"
-      R"(<title id="{0}-t">{3}</title><desc id="{0}-d">{4}</desc><text class="y-name" x="0" y="12">{5}</text>)",
+      R"(<title id="{0}-t">{3}</title><desc id="{0}-d">{4}</desc><text class="y-name" x="-{2}" y="12">{5}</text>)",
       caption.id, plot_top + plot_height + below_plot, left, escape(caption.title), escape(caption.description),
       escape(f.y.label()));
   out += fmt::format(R"(<svg class="frame" {}>{}</svg>)", place, grid(f, x_ticks, y_ticks));

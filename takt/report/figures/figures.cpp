@@ -44,16 +44,28 @@ void include_marks(Range& range, const std::vector<Mark>& marks) {
     if (m.x > limit.low && m.x < limit.high) include(range, {m.x});
 }
 
+bool reaches_the_edges(const std::string& kind) {
+  return drawing_of(kind) == lines;
+}
+
+/// Lines run from edge to edge; dots and columns keep a little distance.
+Axis x_axis(const Panel& panel) {
+  Range range = nothing;
+  include(range, panel.x.values);
+  include_marks(range, panel.marks);
+  const bool tight = std::all_of(panel.y.begin(), panel.y.end(), [&](const Series& s) {
+    return reaches_the_edges(s.kind.empty() ? panel.kind : s.kind);
+  });
+  return make_axis(panel.x.name, panel.x.unit, tight ? range : with_margin(range, 0.03));
+}
+
 Figure figure_of(const Panel& panel, const std::vector<std::size_t>& members) {
   Figure f;
-  Range x = nothing, y = nothing;
-  bool edge_to_edge = true;
+  Range y = nothing;
   for (const std::size_t i : members) {
     const Series& s = panel.y[i];
     for (Layer& layer : drawing_of(s.kind.empty() ? panel.kind : s.kind)(panel.x, s)) {
       layer.colour = static_cast<int>(i);
-      edge_to_edge = edge_to_edge && (layer.shape == Layer::Shape::line || layer.shape == Layer::Shape::band);
-      include(x, layer.x);
       for (const auto* values : {&layer.y, &layer.low, &layer.high}) include(y, *values);
       f.layers.push_back(std::move(layer));
     }
@@ -64,10 +76,9 @@ Figure figure_of(const Panel& panel, const std::vector<std::size_t>& members) {
   };
   std::stable_sort(f.layers.begin(), f.layers.end(),
                    [&](const Layer& a, const Layer& b) { return depth(a) < depth(b); });
-  include_marks(x, panel.marks);
   const Series& first = panel.y[members.front()];
-  f.x = make_axis(panel.x.name, panel.x.unit, edge_to_edge ? x : with_margin(x, 0.03));
-  f.y = make_axis(members.size() == 1 ? first.name : "", first.unit, with_margin(make_axis("", "", y).range, 0.06));
+  f.x = x_axis(panel);
+  f.y = make_axis("", first.unit, with_margin(make_axis("", "", y).range, 0.06));
   f.marks = panel.marks;
   return f;
 }
