@@ -69,7 +69,8 @@ CLI::Validator writable_as(std::vector<std::string> endings) {
         if (path.starts_with("/dev/")) return "";
         const auto folder = std::filesystem::path(path).parent_path();
         if (!folder.empty() && !std::filesystem::is_directory(folder))
-          return fmt::format("'{}' cannot be written: there is no folder {}", path, folder.string());
+          throw Error("cannot be written: there is no such folder", folder.string(),
+                      "make it, or choose another place");
         if (std::any_of(endings.begin(), endings.end(), [&](const auto& e) { return path.ends_with(e); })) return "";
         return fmt::format("'{}' should end in {}", path, CLI::detail::join(endings, " or "));
       },

@@ -14,7 +14,8 @@ void add_common(CLI::App& verb, Common& common);
 /// -o and --report, for verbs whose outcome is a result.
 void add_result_output(CLI::App& verb, Common& common);
 
-/// Checks a file to be written before the work, not after an hour of it: its folder exists, its ending fits.
+/// Checks a file to be written before the work, not after an hour of it: its folder exists (else takt::Error),
+/// its ending fits.
 [[nodiscard]] CLI::Validator writable_as(std::vector<std::string> endings);
 
 /// Writes -o and --report, prints the result (or, with --json, exactly one object) and returns the exit status.

@@ -15,7 +15,7 @@ void add_report(CLI::App& app, Common& common, Action& action) {
   CLI::App* verb = app.add_subcommand("report", "Write results as an HTML page; several are compared");
   add_common(*verb, common);
   const auto files = std::make_shared<std::vector<std::string>>();
-  verb->add_option("RESULT", *files, "results, JSON or YAML")->required()->check(CLI::ExistingFile);
+  verb->add_option("RESULT", *files, "results, JSON or YAML")->required();
   verb->add_option("-o,--output", common.output, "the page to write")
       ->required()
       ->check(writable_as({".html", ".htm"}))

@@ -39,7 +39,7 @@ p { margin: .5rem 0; max-width: 44rem; }
 .reasons li { margin: .3rem 0; }
 .facts { display: grid; grid-template-columns: repeat(auto-fill, minmax(13.5rem, 1fr)); gap: 1.2rem 2rem; margin: 2.2rem 0 0; }
 .facts dt { font: .78rem/1.3 var(--sans); color: var(--soft); }
-.facts dd { margin: .1rem 0 0; font-variant-numeric: tabular-nums; overflow-wrap: anywhere; }
+.facts dd { margin: .1rem 0 0; font-variant-numeric: tabular-nums; overflow-wrap: break-word; }
 .facts .wide { grid-column: 1 / -1; }
 .equation { font-style: italic; font-size: 1.05rem; }
 .equation span { font-style: normal; }
@@ -50,8 +50,7 @@ td { border-bottom: 1px solid var(--faint); padding: .42rem 1rem .42rem 0; verti
 td:last-child, th:last-child { padding-right: 0; }
 td.n { white-space: nowrap; }
 tr.chosen td { font-weight: 600; }
-tr.chosen td.why { font-weight: 400; }
-td.why { color: var(--soft); min-width: 12rem; }
+.why { color: var(--soft); font-weight: 400; margin-left: .5em; }
 td.span { width: 26%; min-width: 8rem; padding-top: .55rem; }
 .span svg { display: block; width: 100%; overflow: visible; }
 .span line { stroke: var(--c0); stroke-width: 2; }
@@ -104,7 +103,7 @@ footer { margin-top: 3rem; font: .8rem/1.5 var(--sans); color: var(--soft); }
   body { font-size: 16px; } main { padding: 1.6rem 1rem 2.5rem; } h2 { margin-top: 2.2rem; }
   .grid text.other { display: none; }
   .facts { grid-template-columns: 1fr 1fr; gap: .9rem 1.2rem; }
-  td.span, th.span { display: none; }
+  td.span, th.span { display: none; } .why { display: block; margin: .3em 0 0; }
   .back { top: auto; bottom: 0; right: auto; left: 0; }
 }
 @media print {

@@ -78,7 +78,7 @@ std::string to_json(const std::vector<Repeatability>& pairs) {
   using namespace tree;
   Node out_pairs = list();
   for (const Repeatability& r : pairs) {
-    const auto mean = r.mean ? std::optional(to_seconds(*r.mean)) : std::nullopt;
+    const auto mean = r.mean ? std::optional(static_cast<double>(r.mean->count()) / 1e9) : std::nullopt;
     Node o = object();
     o.add("sensor", text(r.sensor)).add("reference", text(r.reference));
     o.add("results", integer(std::uint64_t{r.members.size()})).add("answers", integer(std::uint64_t{r.answers}));

@@ -88,7 +88,8 @@ std::string method_row(const Estimate& e, const Intervals& intervals, bool chose
   const std::string offset = e.answered() ? with_minus(time_words(*e.offset, e.sigma_s)) : "no answer";
   const std::string why = e.reasons.empty() ? "" : escape(e.reasons.front());
   return fmt::format(
-      "<tr{}><td>{}</td><td class=\"n\">{}</td><td class=\"span\">{}</td><td>{}</td><td class=\"why\">{}</td></tr>\n",
+      "<tr{}><td>{}</td><td class=\"n\">{}</td><td class=\"span\">{}</td><td>{} <span "
+      "class=\"why\">{}</span></td></tr>\n",
       chosen ? " class=\"chosen\"" : "", escape(e.method), offset, intervals.svg(e), badge(e.verdict), why);
 }
 
@@ -143,10 +144,12 @@ std::string facts(const Estimate& e) {
     out += fact("Drift", drift_words(e));
     if (e.line_delay_s)
       out += fact("Line delay", with_minus(time_words(*e.line_delay_s, e.line_delay_sigma_s)) + " a row");
-    out += fact("At epoch", time_words(e.epoch.time_since_epoch(), std::nullopt) + " on " + escape(e.sensor));
   }
   if (const std::string instant = holds_for(e); !instant.empty()) out += fact("A frame's stamp means", escape(instant));
   if (!e.method.empty()) out += fact("Method", escape(e.method));
+  if (e.answered())
+    out += fact("Epoch", time_words(e.epoch.time_since_epoch(), std::nullopt) + " on " + escape(e.sensor) + "’s clock",
+                true);
   return out + "</dl>\n";
 }
 
@@ -155,7 +158,7 @@ std::string methods(const Estimate& e) {
   const Intervals intervals(e.estimates);
   std::string out =
       "<section>\n<h2>Every method's answer</h2>\n<div class=\"scroll\"><table>\n<tr><th>method</th><th>offset ± σ</th>"
-      "<th class=\"span\"></th><th>verdict</th><th>reason</th></tr>\n";
+      "<th class=\"span\"></th><th>verdict</th></tr>\n";
   for (const Estimate& other : e.estimates) out += method_row(other, intervals, other.method == e.method);
   return out + "</table></div>\n</section>\n";
 }
