@@ -62,11 +62,17 @@ RemovedOnInterrupt::RemovedOnInterrupt(fs::path path) : path_(std::move(path)) {
   unfinished().paths.insert(path_);
 }
 
-RemovedOnInterrupt::~RemovedOnInterrupt() {
+void RemovedOnInterrupt::keep() {
   const std::lock_guard lock(unfinished().mutex);
+  if (!kept_) unfinished().paths.erase(unfinished().paths.find(path_));
+  kept_ = true;
+}
+
+RemovedOnInterrupt::~RemovedOnInterrupt() {
+  if (kept_) return;
   std::error_code ignored;
   fs::remove_all(path_, ignored);
-  unfinished().paths.erase(unfinished().paths.find(path_));
+  keep();
 }
 
 void write_file(const std::string& path, const std::string& content) {

@@ -18,9 +18,12 @@ class RemovedOnInterrupt {
   RemovedOnInterrupt(const RemovedOnInterrupt&) = delete;
   RemovedOnInterrupt& operator=(const RemovedOnInterrupt&) = delete;
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  /// It is finished: neither an interrupt nor the destructor removes it.
+  void keep();
 
  private:
   std::filesystem::path path_;
+  bool kept_ = false;
 };
 
 /// Writes `content` beside `path` and renames it there: readers see the old file or the new one, never a part.
