@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/open_options.h"
-#include "cli/verbs.h"
+#include "cli/output.h"
 
 namespace takt::cli {
 
@@ -102,8 +102,7 @@ void add_inspect(CLI::App& app, Common& common, Action& action) {
   const auto line = std::make_shared<Line>();
   verb.add_option("IN", line->path, "recording: a folder or file of any known format")->required();
   add_open_options(verb, line->open);
-  verb.add_flag("--json", common.json, "one JSON object on stdout");
-  verb.add_flag("--quiet", common.quiet, "nothing on stderr but errors");
+  add_common(verb, common);
   verb.callback([line, &common, &action] {
     action = [line, &common] {
       const Inspection found = inspect(line->path, line->open);

@@ -4,6 +4,8 @@
 #include <exception>
 #include <vector>
 
+#include "cli/interrupt.h"
+#include "cli/usage.h"
 #include "cli/verbs.h"
 #include "takt/error.h"
 #include "takt/version.h"
@@ -14,6 +16,7 @@ namespace takt::cli {
 const std::vector<AddVerb> all_verbs{
     add_inspect,
     add_simulate,
+    add_report,
 };
 
 int run(int argc, char** argv) {
@@ -21,13 +24,15 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", fmt::format("takt {}", version));
   app.require_subcommand(0, 1);
   Common common;
-  for (int i = 0; i < argc; ++i) common.command += (i ? " " : "") + std::string(argv[i]);
+  common.command = command_line(argc, argv);
   Action action;
   for (const AddVerb add : all_verbs) add(app, common, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
+    if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
+    fmt::print(stderr, "{}\n", usage_complaint(app, e));
+    return 2;
   }
   if (!action) {
     fmt::print("{}", app.help());
@@ -39,6 +44,7 @@ int run(int argc, char** argv) {
 }  // namespace takt::cli
 
 int main(int argc, char** argv) {
+  takt::cli::guard_against_interrupts();
   try {
     return takt::cli::run(argc, argv);
   } catch (const takt::Error& e) {

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/core.h>
-#include <unistd.h>
 
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
-#include "cli/verbs.h"
+#include "cli/interrupt.h"
+#include "cli/output.h"
+#include "cli/progress.h"
 #include "takt/workflows/simulate.h"
 
 namespace takt::cli {
@@ -38,22 +41,19 @@ void add_parameters(CLI::App& verb, const SimulationKind& kind, SimulationReques
   }
 }
 
-/// A bar on the terminal, nothing elsewhere.
-std::function<void(double)> progress_bar(const Common& common) {
-  if (common.quiet || !isatty(STDERR_FILENO)) return {};
-  return [](double fraction) {
-    fmt::print(stderr, "\r  pictures {:3.0f} %{}", 100 * fraction, fraction < 1 ? "" : "\r\x1b[K");
-  };
-}
-
 int simulate(const SimulationKind& kind, SimulationRequest request, const Common& common) {
   request.folder = common.output;
   request.seed = common.seed;
   request.threads = common.threads;
   request.command = common.command;
-  request.progress = progress_bar(common);
+  const auto bar = std::make_shared<ProgressBar>(common, "pictures");
+  request.progress = [bar](double fraction) { (*bar)(fraction); };
   try {
+    // A folder that was there before is not ours to remove.
+    std::optional<RemovedOnInterrupt> half_written;
+    if (!std::filesystem::exists(request.folder)) half_written.emplace(request.folder);
     const Estimate truth = kind.write(request);
+    if (half_written) half_written->keep();
     if (common.json)
       fmt::print("{}", to_json(truth));
     else if (!common.quiet)
@@ -75,10 +75,7 @@ void add_simulate(CLI::App& app, Common& common, Action& action) {
     CLI::App* sub = verb->add_subcommand(kind.name, kind.says);
     sub->add_option("-o,--output", common.output, "folder to write; must not be there yet")->required();
     sub->add_option("--scenario", request->scenario, "a scenario file, or the name of a motion");
-    sub->add_option("--seed", common.seed, "another seed, another recording")->default_val(common.seed);
-    sub->add_option("--threads", common.threads, "0: as many as there are cores")->default_val(common.threads);
-    sub->add_flag("--json", common.json, "print the truth as one JSON object");
-    sub->add_flag("--quiet", common.quiet, "print nothing");
+    add_common(*sub, common);
     add_parameters(*sub, kind, *request);
     sub->callback([&kind, request, &common, &action] {
       action = [&kind, request, &common] { return simulate(kind, *request, common); };

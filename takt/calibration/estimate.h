@@ -57,13 +57,15 @@ struct Estimate {
   std::optional<double> drift;  ///< s/s
   std::optional<double> drift_sigma;
 
-  std::optional<std::string> frame_instant;  ///< start, middle, end: which instant of a frame the offset is for
-  std::optional<std::string> frame_row;      ///< first, middle
+  std::optional<std::string>
+      frame_instant;  ///< start, middle, end: of the exposure, which the offset is for; in files exposure_middle …
+  std::optional<std::string> frame_row;  ///< first, middle
   std::optional<double> line_delay_s;
   std::optional<double> line_delay_sigma_s;
   std::optional<Mat4> T_reference_sensor;  ///< takes points sensor -> reference
 
   std::vector<Extra> extras;
+  std::vector<std::string> notes;   ///< what was assumed or repaired on the way, in words
   std::vector<Estimate> estimates;  ///< every method that ran, the chosen one included
   Evidence evidence;
   Provenance provenance;

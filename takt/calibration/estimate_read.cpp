@@ -163,6 +163,7 @@ Series series(const Field& f) {
   s.unit = f["unit"].text_or_empty();
   s.values = f["values"].numbers();
   s.sigma = f["sigma"].numbers();
+  s.kind = f["kind"].text_or_empty();
   if (!s.sigma.empty() && s.sigma.size() != s.values.size())
     f["sigma"].fail(fmt::format("has {} numbers, values has {}", s.sigma.size(), s.values.size()));
   return s;
@@ -220,6 +221,7 @@ Estimate answer(const Field& f) {
     const auto value = x["value"].optional_number();
     e.extras.push_back({name, value.value_or(std::numeric_limits<double>::quiet_NaN()), x["sigma"].optional_sigma()});
   });
+  e.notes = f["notes"].texts();
   if (e.verdict == Verdict::refused && e.offset) f["offset_s"].fail("is given, but the verdict is refused");
   if (e.verdict != Verdict::refused && !e.offset)
     f["offset_s"].fail(fmt::format("is not given, but the verdict is {}", to_string(e.verdict)));

@@ -51,6 +51,7 @@ class Arbitrary {
     if (below(2)) e.T_reference_sensor = Mat4::NullaryExpr([&] { return real(); });
     while (below(2))
       e.extras.push_back({"extra" + std::to_string(e.extras.size()), real(), maybe([&] { return std::abs(real()); })});
+    while (below(2)) e.notes.push_back(text());
     if (nested) return e;
     while (below(2)) e.estimates.push_back(estimate(true));
     while (below(3)) e.evidence.panels.push_back(panel());
@@ -108,10 +109,11 @@ class Arbitrary {
     return s;
   }
   Series series(std::size_t n) {
-    Series s{text(), text(), {}, {}};
+    Series s{text(), text(), {}, {}, {}};
     for (std::size_t i = 0; i < n; ++i)
       s.values.push_back(below(9) ? real() : std::numeric_limits<double>::quiet_NaN());
     if (below(2)) s.sigma.assign(n, std::abs(real()));
+    if (below(2)) s.kind = text();
     return s;
   }
   Panel panel() {
@@ -140,6 +142,7 @@ void expect_same(const std::vector<double>& a, const std::vector<double>& b) {
 void expect_same(const Series& a, const Series& b) {
   EXPECT_EQ(a.name, b.name);
   EXPECT_EQ(a.unit, b.unit);
+  EXPECT_EQ(a.kind, b.kind);
   expect_same(a.values, b.values);
   expect_same(a.sigma, b.sigma);
 }
@@ -150,6 +153,7 @@ void expect_same(const Estimate& a, const Estimate& b) {
   EXPECT_EQ(a.reference, b.reference);
   EXPECT_EQ(a.verdict, b.verdict);
   EXPECT_EQ(a.reasons, b.reasons);
+  EXPECT_EQ(a.notes, b.notes);
   EXPECT_EQ(a.offset, b.offset);
   expect_same(a.sigma_s, b.sigma_s, 0, "sigma_s");
   EXPECT_EQ(a.epoch, b.epoch);

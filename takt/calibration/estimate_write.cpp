@@ -68,6 +68,7 @@ Node series(const Series& s) {
   Node out = tree::object();
   out.add("name", tree::text(s.name)).add("unit", tree::text(s.unit)).add("values", numbers(s.values));
   if (!s.sigma.empty()) out.add("sigma", numbers(s.sigma));
+  if (!s.kind.empty()) out.add("kind", tree::text(s.kind));
   return out;
 }
 
@@ -118,7 +119,7 @@ void add_answer(const Estimate& e, Node& out) {
   out.add("line_delay_s", unless_refused(tree::number(e.line_delay_s)));
   out.add("line_delay_sigma_s", unless_refused(tree::number(e.line_delay_sigma_s)));
   out.add("T_reference_sensor", transform(e.T_reference_sensor));
-  out.add("extras", extras(e.extras));
+  out.add("extras", extras(e.extras)).add("notes", texts(e.notes));
 }
 
 Node document(const Estimate& e) {

@@ -11,6 +11,7 @@ struct Series {
   std::string unit;
   std::vector<double> values;
   std::vector<double> sigma;  ///< empty, or one a value
+  std::string kind{};         ///< drawn otherwise than its panel: the answer's band among points
 };
 
 /// A value on the x axis that matters, e.g. the chosen offset.

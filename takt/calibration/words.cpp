@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 
 namespace takt {
@@ -32,6 +33,13 @@ std::string without_minus_zero(std::string s) {
   return s.starts_with('-') && s.find_first_of("123456789") == s.npos ? s.substr(1) : s;
 }
 
+/// fmt 9 drops zeros of a long double that rounds up: 0.0999… with two decimals would be "0.1".
+std::string fixed(long double v, int decimals) {
+  std::array<char, 400> text;  // a Duration has 19 digits, a σ in ns at most 317 before the point
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), v, std::chars_format::fixed, decimals).ptr;
+  return {text.data(), end};
+}
+
 std::string without_trailing_zeros(std::string digits) {
   if (digits.find('.') == digits.npos) return digits;
   digits.erase(digits.find_last_not_of('0') + 1);
@@ -44,11 +52,11 @@ std::string nanosecond_words(long double ns, std::optional<double> sigma_s) {
   const TimeUnit& unit = unit_for(std::max(std::abs(ns), sigma_ns));
   if (sigma_ns == 0) {
     const int to_the_nanosecond = static_cast<int>(std::log10(unit.ns) + 0.5L);
-    return without_trailing_zeros(fmt::format("{:.{}f}", ns / unit.ns, to_the_nanosecond)) + " " + unit.name;
+    return without_trailing_zeros(fixed(ns / unit.ns, to_the_nanosecond)) + " " + unit.name;
   }
   const int decimals = decimals_for(static_cast<double>(sigma_ns / unit.ns));
-  return without_minus_zero(fmt::format("{:.{}f}", ns / unit.ns, decimals)) +
-         fmt::format(" ± {:.{}f} {}", sigma_ns / unit.ns, decimals, unit.name);
+  return without_minus_zero(fixed(ns / unit.ns, decimals)) + " ± " + fixed(sigma_ns / unit.ns, decimals) + " " +
+         unit.name;
 }
 
 }  // namespace
@@ -76,6 +84,13 @@ std::string time_words(Duration value, std::optional<double> sigma_s) {
 
 std::string time_words(double value_s, std::optional<double> sigma_s) {
   return std::isfinite(value_s) ? nanosecond_words(1e9L * static_cast<long double>(value_s), sigma_s) : "unknown";
+}
+
+std::string rounded_time_words(double sigma_s) {
+  if (!known(sigma_s)) return time_words(sigma_s, std::nullopt);
+  const long double sigma_ns = 1e9L * static_cast<long double>(sigma_s);
+  const TimeUnit& unit = unit_for(sigma_ns);
+  return fixed(sigma_ns / unit.ns, decimals_for(static_cast<double>(sigma_ns / unit.ns))) + " " + unit.name;
 }
 
 }  // namespace takt

@@ -15,8 +15,11 @@ namespace takt {
 /// "12.34 ± 0.08"; six significant digits where σ is unknown.
 [[nodiscard]] std::string value_words(double value, std::optional<double> sigma);
 
-/// "12.34 ± 0.08 ms", in the unit (ns, µs, ms, s) that suits the larger of the two. Every nanosecond of an int64 is kept.
+/// "12.34 ± 0.08 ms", in the unit (ns, µs, ms, s) that suits the larger of the two. Every nanosecond of an int64 is
+/// kept.
 [[nodiscard]] std::string time_words(Duration value, std::optional<double> sigma_s);
 [[nodiscard]] std::string time_words(double value_s, std::optional<double> sigma_s);
+/// A σ or a scatter by itself, with the digits that it would get behind a ±: "0.08 ms".
+[[nodiscard]] std::string rounded_time_words(double sigma_s);
 
 }  // namespace takt

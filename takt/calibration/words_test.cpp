@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "takt/calibration/estimate.h"
@@ -26,6 +27,7 @@ TEST(Words, SizeDecidesTheUnit) {
   EXPECT_EQ(time_words(nanoseconds(12'340'000), 80e-6), "12.34 ± 0.08 ms");
   EXPECT_EQ(time_words(nanoseconds(3'177'000), 6.1e-6), "3.177 ± 0.006 ms");
   EXPECT_EQ(time_words(nanoseconds(-3'177), 6.1e-6), "-3 ± 6 µs");
+  EXPECT_EQ(time_words(nanoseconds(12'400'000), 0.000141421356 / std::sqrt(2.0)), "12.40 ± 0.10 ms");
   EXPECT_EQ(time_words(nanoseconds(17), 4e-9), "17 ± 4 ns");
   EXPECT_EQ(time_words(nanoseconds(100), 0.3e-3), "0 ± 300 µs");
   EXPECT_EQ(time_words(nanoseconds(947'848'638'408'300), 2e-5), "947848.638408 ± 0.000020 s");
@@ -37,6 +39,12 @@ TEST(Words, WithoutSigmaEveryNanosecondIsSaid) {
   EXPECT_EQ(time_words(nanoseconds(0), {}), "0 s");
   EXPECT_EQ(time_words(nanoseconds(1'000'000'001), 0.0), "1.000000001 s");
   EXPECT_EQ(time_words(nanoseconds::min(), {}), "-9223372036.854775808 s");
+}
+
+TEST(Words, AScatterByItselfKeepsItsDigits) {
+  EXPECT_EQ(rounded_time_words(83e-6), "83 µs");
+  EXPECT_EQ(rounded_time_words(1.234e-3), "1.2 ms");
+  EXPECT_EQ(rounded_time_words(0), "0 s");
 }
 
 TEST(Words, WhatIsNotANumberIsUnknown) {

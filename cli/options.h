@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+#include <type_traits>
+
+#include "takt/calibration/options.h"
+
+namespace takt::cli {
+
+/// Adds every field of an options struct (takt/calibration/options.h) to a verb: search_s -> --search, in seconds.
+/// A switch that is on by default is turned off by --no-<name>. `options` must outlive the parse.
+template <class Options>
+void add_options(CLI::App& verb, Options& options) {
+  const auto bind = [&verb](const std::string& field, auto& value, const std::string& help) {
+    using Value = std::remove_reference_t<decltype(value)>;
+    const OptionName name = option_name(field);
+    const std::string flag = "--" + name.flag;
+    if constexpr (std::is_same_v<Value, bool>) {
+      verb.add_flag(flag + ",!--no-" + name.flag, value, help);
+    } else {
+      auto* option = verb.add_option(flag, value, name.unit.empty() ? help : help + " (" + name.unit + ")");
+      option->default_str(option_value(value));
+    }
+  };
+  describe(options, bind);
+}
+
+}  // namespace takt::cli
