@@ -22,6 +22,28 @@ Mat3 polynomial_in_hat(const Vec3& phi, double squared_norm, double p, double q)
       xz - px.y(), yz + px.x(), diagonal + qx.z() * phi.z();
   return m;
 }
+
+/// What the exponential and its right Jacobian share.
+struct HalfAngle {
+  explicit HalfAngle(const Vec3& phi) : angle(phi.norm()), cosine(std::cos(0.5 * angle)) {
+    const double h2 = 0.25 * angle * angle;
+    sine_over_angle =
+        angle < small_angle ? 0.5 * (1 - h2 / 6 * (1 - h2 / 20 * (1 - h2 / 42))) : std::sin(0.5 * angle) / angle;
+  }
+  [[nodiscard]] Quat rotation(const Vec3& phi) const {
+    const Vec3 v = sine_over_angle * phi;
+    return {cosine, v.x(), v.y(), v.z()};
+  }
+  /// I − (1 − cos a)/a²·hat(φ) + (a − sin a)/a³·hat(φ)², by 1 − cos a = 2 sin²(a/2) and sin a = 2 sin(a/2)·cos(a/2).
+  [[nodiscard]] Mat3 right_jacobian(const Vec3& phi) const {
+    const double a2 = angle * angle;
+    const double b = 2 * sine_over_angle * sine_over_angle;
+    const double c = angle < small_angle ? 1.0 / 6 - a2 / 120 * (1 - a2 / 42) : (1 - 2 * sine_over_angle * cosine) / a2;
+    return polynomial_in_hat(phi, a2, -b, c);
+  }
+
+  double angle, cosine, sine_over_angle;
+};
 }  // namespace
 
 Mat3 hat(const Vec3& a) {
@@ -31,13 +53,7 @@ Mat3 hat(const Vec3& a) {
 }
 
 Quat exp_so3(const Vec3& phi) {
-  const double angle = phi.norm();
-  const double half = 0.5 * angle;
-  const double h2 = half * half;
-  const double sin_over_angle =
-      angle < small_angle ? 0.5 * (1 - h2 / 6 * (1 - h2 / 20 * (1 - h2 / 42))) : std::sin(half) / angle;
-  const Vec3 v = sin_over_angle * phi;
-  return {std::cos(half), v.x(), v.y(), v.z()};
+  return HalfAngle(phi).rotation(phi);
 }
 
 Vec3 log_so3(const Quat& q) {
@@ -49,11 +65,12 @@ Vec3 log_so3(const Quat& q) {
 }
 
 Mat3 right_jacobian(const Vec3& phi) {
-  const double a = phi.norm(), a2 = a * a;
-  const double sin_half = std::sin(0.5 * a);
-  const double b = a < small_angle ? 0.5 - a2 / 24 * (1 - a2 / 30) : 2 * sin_half * sin_half / a2;
-  const double c = a < small_angle ? 1.0 / 6 - a2 / 120 * (1 - a2 / 42) : (a - std::sin(a)) / (a2 * a);
-  return polynomial_in_hat(phi, a2, -b, c);
+  return HalfAngle(phi).right_jacobian(phi);
+}
+
+ExpAndJacobian exp_and_jacobian(const Vec3& phi) {
+  const HalfAngle half(phi);
+  return {half.rotation(phi), half.right_jacobian(phi)};
 }
 
 Mat3 right_jacobian_inverse(const Vec3& phi) {

@@ -23,6 +23,13 @@ using Quat = Eigen::Quaterniond;
 [[nodiscard]] Mat3 right_jacobian(const Vec3& phi);
 [[nodiscard]] Mat3 right_jacobian_inverse(const Vec3& phi);
 
+/// exp_so3 and right_jacobian together, for the price of one sine and cosine.
+struct ExpAndJacobian {
+  Quat rotation;
+  Mat3 right_jacobian;
+};
+[[nodiscard]] ExpAndJacobian exp_and_jacobian(const Vec3& phi);
+
 /// A rotation with R·a_i ≈ b_i, in the least-squares sense over the weighted pairs (Wahba's problem, by SVD as
 /// [Kabsch1976]). `spread` is the second singular value over the first: near 0 when all vectors are parallel and the
 /// rotation about them is unknown.

@@ -50,16 +50,22 @@ auto RotationSpline<Order>::evaluate_impl(double t, Jacobians* jacobians) const 
   std::array<Mat3, Order> turn;  // ∂(rotation after step j)/∂d_j
   for (int j = 1; j <= last; ++j) {
     const Vec3& d = step(j).d;
-    const Quat a = exp_so3(w.value[j] * d);
+    const Vec3 phi = w.value[j] * d;
+    Quat a;
+    if constexpr (WithJacobians) {
+      const ExpAndJacobian both = exp_and_jacobian(phi);
+      a = both.rotation;
+      turn[j] = w.value[j] * both.right_jacobian;
+    } else {
+      a = exp_so3(phi);
+    }
     m.rotation = m.rotation * a;
     if constexpr (Derivatives == 0 && !WithJacobians) continue;
     back[j] = a.toRotationMatrix().transpose();
-    Mat3 turn_j;
-    if constexpr (WithJacobians) turn[j] = turn_j = w.value[j] * right_jacobian(w.value[j] * d);
     if constexpr (Derivatives > 0) {
       m.velocity = back[j] * m.velocity;
       if constexpr (WithJacobians) {
-        velocity[j] = hat(m.velocity) * turn_j;
+        velocity[j] = hat(m.velocity) * turn[j];
         velocity[j].diagonal().array() += w.d1[j];
       }
       m.velocity += w.d1[j] * d;
@@ -67,7 +73,7 @@ auto RotationSpline<Order>::evaluate_impl(double t, Jacobians* jacobians) const 
     if constexpr (Derivatives > 1) {
       m.acceleration = back[j] * m.acceleration;
       if constexpr (WithJacobians) {
-        acceleration[j] = hat(m.acceleration) * turn_j + w.d1[j] * (hat(m.velocity) - hat(d) * velocity[j]);
+        acceleration[j] = hat(m.acceleration) * turn[j] + w.d1[j] * (hat(m.velocity) - hat(d) * velocity[j]);
         acceleration[j].diagonal().array() += w.d2[j];
       }
       m.acceleration += w.d1[j] * m.velocity.cross(d) + w.d2[j] * d;

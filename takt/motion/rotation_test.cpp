@@ -89,6 +89,15 @@ TEST(Rotation, RightJacobianIsItsSeries) {
           << angle;
 }
 
+TEST(Rotation, ExpAndJacobianAreBoth) {
+  for (const Vec3& axis : axes())
+    for (double angle : angles) {
+      const ExpAndJacobian both = exp_and_jacobian(angle * axis);
+      EXPECT_EQ(both.rotation.coeffs(), exp_so3(angle * axis).coeffs());
+      EXPECT_EQ(both.right_jacobian, right_jacobian(angle * axis));
+    }
+}
+
 TEST(Rotation, RightJacobianInverseIsTheInverseUpToPi) {
   for (const Vec3& axis : axes())
     for (double angle : angles) {
