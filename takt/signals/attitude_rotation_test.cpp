@@ -61,7 +61,7 @@ TEST(AttitudeRotation, OldValuesWrittenAgainAreLeftOut) {
   EXPECT_EQ(signal.increments.size(), 199u);
   ASSERT_EQ(signal.notes.size(), 1u);
   EXPECT_EQ(signal.notes[0],
-            "199 of 400 orientations repeat the one before them while it was turning and were left out");
+            "200 of 400 orientations repeat the one before them while it was turning and were left out");
 }
 
 TEST(AttitudeRotation, StillnessIsMeasuredNotLeftOut) {
