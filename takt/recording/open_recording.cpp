@@ -7,8 +7,10 @@
 #include "takt/recording/asl.h"
 #include "takt/recording/csv_log.h"
 #include "takt/recording/cut.h"
+#include "takt/recording/gopro.h"
 #include "takt/recording/ros1_bag.h"
 #include "takt/recording/tracks_folder.h"
+#include "takt/recording/video_reader.h"
 
 namespace takt {
 
@@ -18,6 +20,8 @@ const std::vector<Format>& formats() {
       {"ASL folder", looks_like_asl, read_asl},
       {"tracks folder", looks_like_tracks_folder, read_tracks_folder},
       {"ROS 1 bag", looks_like_ros1_bag, read_ros1_bag},
+      {"GoPro video", is_gopro, read_gopro},
+      {"video", is_video, read_video},
       {"CSV log", looks_like_csv_log, read_csv_log},
   };
   return table;
