@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <numbers>
 
 #include "takt/error.h"
 #include "takt/recording/libav.h"
+#include "takt/recording/mp4_box.h"
 #include "takt/recording/video_reader.h"
 
 namespace takt {
@@ -144,24 +146,52 @@ void note_stabilisation(const AttitudeStream& image_against_body, std::vector<st
         degrees));
 }
 
-/// SROT: ms, or s where its unit says so.
-std::optional<double> readout_of(const Telemetry& telemetry) {
-  const auto table = telemetry.table("SROT", 1);
-  if (!table) return std::nullopt;
-  const double value = *table->row(0);
-  const double seconds = table->head.unit == "s" ? value : value * 1e-3;
-  return seconds > 0 && seconds < 1 ? std::optional(seconds) : std::nullopt;
+/// What the camera wrote once for the whole file (moov/udta/GPMF), as far as it matters for time.
+struct Settings {
+  std::optional<double> readout_s;           ///< SROT, in ms there
+  std::optional<double> diagonal_fov_deg;    ///< ZFOV
+  std::optional<std::string> stabilisation;  ///< EISA, where EISE says that it was on
+};
+
+Settings settings_of(const std::string& path) {
+  constexpr std::array<std::string_view, 3> place{"moov", "udta", "GPMF"};
+  const std::vector<std::byte> bytes = mp4_box(path, place);
+  const gpmf::Payload payload = gpmf::parse(bytes);
+  Settings settings;
+  std::string stabilised;
+  for (const gpmf::Item& device : payload.items)
+    for (const gpmf::Item& item : device.children) {
+      const auto number = [&item]() -> std::optional<double> {
+        const auto n = gpmf::numbers(item);
+        return n && n->values.size() == 1 ? std::optional(n->values[0]) : std::nullopt;
+      };
+      if (item.key == "SROT") settings.readout_s = number();
+      if (item.key == "ZFOV") settings.diagonal_fov_deg = number();
+      if (item.key == "EISE") stabilised = gpmf::text(item);
+      if (item.key == "EISA") settings.stabilisation = gpmf::text(item);
+    }
+  if (settings.readout_s) *settings.readout_s *= 1e-3;
+  if (settings.readout_s && !(*settings.readout_s > 0 && *settings.readout_s < 1)) settings.readout_s.reset();
+  if (stabilised != "Y") settings.stabilisation.reset();
+  return settings;
 }
 
-void time_frames(CameraStream& camera, const Telemetry& telemetry, std::vector<std::string>& notes) {
+/// The stamp of CORI is the frame's start by GoPro's word, and so is then the frame's own presentation time.
+void time_frames(CameraStream& camera, const Settings& settings, std::vector<std::string>& notes) {
   camera.timing.instant = ExposureInstant::start;
   camera.timing.row = RowReference::first;
   camera.timing.shutter = Shutter::rolling;
-  if (const auto readout = readout_of(telemetry)) {
-    camera.timing.readout_s = *readout;
-    notes.push_back(fmt::format("rolling shutter: a readout of {:.2f} ms (SROT)", *readout * 1e3));
-  }
   notes.push_back("a frame's stamp is taken as the start of the exposure of its first row");
+  if (settings.readout_s) {
+    camera.timing.readout_s = *settings.readout_s;
+    notes.push_back(
+        fmt::format("rolling shutter: the camera gives a readout of {:.2f} ms (SROT)", *settings.readout_s * 1e3));
+  }
+  if (settings.diagonal_fov_deg)
+    notes.push_back(
+        fmt::format("the camera gives a diagonal field of view of {:.1f} degrees (ZFOV)", *settings.diagonal_fov_deg));
+  if (settings.stabilisation)
+    notes.push_back(fmt::format("the camera's stabilisation was on ({})", *settings.stabilisation));
 }
 
 }  // namespace
@@ -212,7 +242,7 @@ Recording read_gopro(const std::string& path, const OpenOptions& options) {
   std::vector<double> exposures_s;
   if (const auto shut = telemetry.table("SHUT", 1)) exposures_s = exposures_of(*shut, index->stamps, recording.notes);
   CameraStream camera = video_camera(path, index, exposures_s, options);
-  time_frames(camera, telemetry, recording.notes);
+  time_frames(camera, settings_of(path), recording.notes);
   recording.cameras.push_back(std::move(camera));
   recording.notes.insert(recording.notes.begin(), index->notes.begin(), index->notes.end());
   return recording;

@@ -22,6 +22,8 @@ const std::vector<Format>& formats() {
       {"ROS 1 bag", looks_like_ros1_bag, read_ros1_bag},
       {"GoPro video", is_gopro, read_gopro},
       {"video", is_video, read_video},
+      {"ASL folder", looks_like_asl, read_asl},      {"tracks folder", looks_like_tracks_folder, read_tracks_folder},
+      {"GoPro video", is_gopro, read_gopro},         {"video", is_video, read_video},
       {"CSV log", looks_like_csv_log, read_csv_log},
   };
   return table;

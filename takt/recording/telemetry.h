@@ -24,8 +24,9 @@ struct TelemetryTable {
   [[nodiscard]] const double* row(std::size_t i) const { return values.data() + i * columns; }
 };
 
-/// All payloads of a GPMF track. Stamps are fitted over the whole file: from the camera's own µs clock (STMP) where it
-/// wrote one, else from the times of the payloads.
+/// All payloads of a GPMF track. Stamps are fitted over the whole file: from the camera's own clock where it wrote one
+/// (STMP in µs, or TICK in ms where that agrees with the samples better than payloads do), else from the times of the
+/// payloads, which are cut in batches of some 20 ms.
 class Telemetry {
  public:
   explicit Telemetry(const std::vector<MediaIndex::Payload>& payloads);
@@ -41,13 +42,26 @@ class Telemetry {
     Duration duration{0};
     gpmf::Stream stream;
   };
+  /// The camera's clock against the media time: a "sample" of it is a microsecond, a mark is a payload.
+  struct CameraClock {
+    std::string name;
+    std::vector<Stamp> payloads;
+    SampleClock to_media;
+  };
+  struct Timing {
+    std::vector<BlockMark> marks;
+    SampleClock clock;
+    std::string words;
+  };
+  using Reading = std::optional<std::int64_t> (*)(const gpmf::Stream&);
   [[nodiscard]] std::vector<Block> blocks(const std::string& key, std::size_t columns) const;
-  void tie_camera_clock();
+  [[nodiscard]] std::optional<CameraClock> tie(const std::string& name, Reading reading) const;
+  [[nodiscard]] std::optional<Timing> time_by_camera(const std::vector<Block>& blocks) const;
+  [[nodiscard]] static Timing time_by_payloads(const std::vector<Block>& blocks);
 
   std::vector<Block> blocks_;  // all streams of all payloads, in order
-  // Camera clock to media time: a "sample" of this clock is a microsecond, a mark is a payload.
-  std::optional<SampleClock> camera_clock_;
-  std::vector<Stamp> camera_clock_marks_;  // the payload of each mark
+  std::optional<CameraClock> camera_clock_;
+  Reading reading_ = nullptr;  // of the camera's clock, µs
   std::vector<std::string> notes_;
 };
 
