@@ -115,8 +115,7 @@ std::optional<AttitudeStream> attitude_of(const Telemetry& telemetry, const char
   return attitude;
 }
 
-/// The exposure of each frame: the sample nearest to it, by less than a frame; frames without one take their
-/// neighbour's.
+/// The exposure of each frame: that of the nearest sample, less than a frame away; 0, unknown, where there is none.
 std::vector<double> exposures_of(const TelemetryTable& shut, const std::vector<Stamp>& frames,
                                  std::vector<std::string>& notes) {
   if (frames.size() < 2) return {};
@@ -126,12 +125,14 @@ std::vector<double> exposures_of(const TelemetryTable& shut, const std::vector<S
   for (const Stamp t : frames) {
     const auto distance = [&](std::size_t i) { return std::abs((shut.stamps[i] - t).count()); };
     while (at + 1 < shut.rows() && distance(at + 1) <= distance(at)) ++at;
-    if (distance(at) > frame.count() * 6 / 10) ++missing;
-    out.push_back(*shut.row(at));
+    const double exposure_s = *shut.row(at);
+    const bool known = distance(at) < frame.count() * 6 / 10 && exposure_s > 0 && exposure_s < 60;
+    out.push_back(known ? exposure_s : 0);
+    missing += !known;
   }
   notes.push_back(shut.note);
   if (missing > 0)
-    notes.push_back(fmt::format("SHUT: {} of {} frames have no exposure of their own", missing, out.size()));
+    notes.push_back(fmt::format("SHUT: the exposure of {} of {} frames is not given", missing, out.size()));
   return out;
 }
 

@@ -130,7 +130,8 @@ Telemetry::Timing Telemetry::time_by_payloads(const std::vector<Block>& blocks) 
   std::vector<BlockMark> marks = counted_marks(blocks);
   for (std::size_t k = 0; k < blocks.size(); ++k)
     marks[k].time_ns = to_ns(blocks[k].start) - delay_ns(blocks[k].stream);
-  return {marks, SampleClock(marks, nominal_period_ns(blocks), coarse_tolerance_ns), "the times of the payloads"};
+  return {marks, SampleClock(marks, nominal_period_ns(blocks), coarse_tolerance_ns),
+          "the times of the payloads, which say when samples were stored"};
 }
 
 std::optional<TelemetryTable> Telemetry::table(const std::string& key, std::size_t columns) const {

@@ -11,6 +11,7 @@ extern "C" {
 }
 
 #include <algorithm>
+#include <limits>
 #include <new>
 
 #include "takt/error.h"
@@ -58,6 +59,21 @@ class VideoFrames : public FrameReader {
     decoder_ = open_decoder(*file_->streams[stream_], path, threads);
   }
 
+  /// Jumps to a key frame where that saves decoding.
+  void skip_to(std::size_t index) override {
+    if (index <= expected_ || index >= index_->ticks.size()) return;
+    expected_ = index;  // earlier pictures are passed over: they are not broken
+    // Pictures shown just before a key frame may come after it in the file and lean on an earlier one.
+    constexpr std::size_t deepest_reordering = 16;
+    const std::int64_t target = index_->ticks[index - std::min(index, deepest_reordering)];
+    const AVIndexEntry* key =
+        avformat_index_get_entry_from_timestamp(file_->streams[stream_], target, AVSEEK_FLAG_BACKWARD);
+    if (key == nullptr || key->timestamp <= fed_) return;
+    if (av_seek_frame(file_.get(), stream_, target, AVSEEK_FLAG_BACKWARD) < 0) return;
+    avcodec_flush_buffers(decoder_.get());
+    drained_ = false;
+  }
+
   std::optional<Frame> next() override {
     while (decode()) {
       const std::optional<std::size_t> place = place_of(*picture_);
@@ -89,6 +105,7 @@ class VideoFrames : public FrameReader {
   void feed() {
     while (av_read_frame(file_.get(), packet_.get()) >= 0) {
       const bool ours = packet_->stream_index == stream_;
+      if (ours && packet_->dts != AV_NOPTS_VALUE) fed_ = packet_->dts;
       if (ours && packet_->pts == AV_NOPTS_VALUE) packet_->pts = packet_->dts;  // as index_media does
       if (ours) (void)avcodec_send_packet(decoder_.get(), packet_.get());       // a refused packet is a missing picture
       av_packet_unref(packet_.get());
@@ -149,9 +166,10 @@ class VideoFrames : public FrameReader {
   av::Packet packet_ = av::new_packet();
   av::Picture picture_;
   av::Scaler scaler_;
-  bool drained_ = false;      // the decoder has had the last packet
-  int failures_ = 0;          // pictures lost since then
-  std::size_t expected_ = 0;  // place of the next picture in the index
+  std::int64_t fed_ = std::numeric_limits<std::int64_t>::min();  // decoding time of the last packet
+  bool drained_ = false;                                         // the decoder has had the last packet
+  int failures_ = 0;                                             // pictures lost since then
+  std::size_t expected_ = 0;                                     // place of the next picture in the index
 };
 
 }  // namespace
