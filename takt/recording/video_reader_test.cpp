@@ -237,12 +237,13 @@ TEST_F(Video, CutAndCorruptedFilesGiveOneLineOrWhatIsThere) {
   for (const std::string& source : sources) {
     const std::string bytes = read_file(source);
     const std::string damaged = file("damaged" + fs::path(source).extension().string());
-    for (int k = 0; k < 12; ++k) {
-      std::string some = bytes.substr(0, bytes.size() * static_cast<std::size_t>(k) / 12);
+    const int places = source == max_360 ? 4 : 12;  // a large one takes its time
+    for (int k = 0; k < places; ++k) {
+      std::string some = bytes.substr(0, bytes.size() * static_cast<std::size_t>(k) / static_cast<std::size_t>(places));
       std::ofstream(damaged, std::ios::binary) << some;
       survive(damaged);
     }
-    for (int k = 0; k < 6; ++k) {
+    for (int k = 0; k < places / 2; ++k) {
       std::string some = bytes;
       for (int i = 0; i < 40; ++i) {
         random ^= random << 13, random ^= random >> 7, random ^= random << 17;
@@ -295,7 +296,7 @@ TEST_F(Video, AVideoWithALogBesideItIsOneRecording) {
 }
 
 TEST_F(Video, DecodingIsManyTimesFasterThanRealTime) {
-  const std::string path = make("speed.mp4", "1280x720", 300, "-c:v libx264 -preset fast -b:v 6M -pix_fmt yuv420p");
+  const std::string path = make("speed.mp4", "1280x720", 90, "-c:v libx264 -preset fast -b:v 6M -pix_fmt yuv420p");
   OpenOptions options;
   options.decode_threads = 1;
   const auto begin = std::chrono::steady_clock::now();
@@ -306,8 +307,8 @@ TEST_F(Video, DecodingIsManyTimesFasterThanRealTime) {
   std::size_t frames = 0;
   while (reader->next()) ++frames;
   const double cpu_s = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
-  ASSERT_EQ(frames, 300u);
-  const double real_time = 300 * 1001.0 / 30'000 / cpu_s;
+  ASSERT_EQ(frames, 90u);
+  const double real_time = 90 * 1001.0 / 30'000 / cpu_s;
   std::printf("720p: %.0f x real time on one core, index of %zu frames in %.3f s\n", real_time, frames, indexed_s);
   EXPECT_GT(real_time, 4) << "processor time, so a busy machine does not count";
 }
