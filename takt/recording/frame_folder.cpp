@@ -45,7 +45,12 @@ std::map<std::int64_t, std::string> numbered_pictures(const fs::path& folder) {
 std::vector<Stamp> read_stamps(const std::string& path) {
   const std::string text = read_file(path);
   std::vector<Stamp> stamps;
-  for (TableRows rows(text, path); rows.next();) stamps.push_back(from_ns(rows.time_ns(0, seconds_to_ns)));
+  for (TableRows rows(text, path); rows.next();) {
+    const std::int64_t ns = rows.time_ns(0, seconds_to_ns);
+    if (std::abs(ns) > 4'000'000'000'000'000'000)
+      throw Error("stamp is no time in seconds", rows.place(), "check the list");
+    stamps.push_back(from_ns(ns));
+  }
   return stamps;
 }
 

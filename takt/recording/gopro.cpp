@@ -226,7 +226,7 @@ Recording read_telemetry(const Telemetry& telemetry) {
 bool is_gopro(const std::string& path) {
   if (!is_video(path)) return false;
   try {
-    return av::gpmf_stream(*av::open_file(path)) >= 0;
+    return av::gpmf_stream(*av::open_header(path)) >= 0;
   } catch (const Error&) {
     return false;
   }

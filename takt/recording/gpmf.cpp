@@ -168,10 +168,10 @@ std::string first_text(Item item) {
   return text(item);
 }
 
-/// Counters and clocks: whole numbers that a double still holds exactly.
+/// Counters and clocks: whole numbers that a double holds exactly, and that still fit as nanoseconds (31 years of µs).
 std::optional<std::int64_t> first_integer(const Item& item) {
   const std::optional<double> n = first_number(item);
-  if (!n || std::abs(*n) > 9e15) return std::nullopt;
+  if (!n || std::abs(*n) > 1e15) return std::nullopt;
   return std::llround(*n);
 }
 

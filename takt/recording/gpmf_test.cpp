@@ -7,12 +7,13 @@
 #include <filesystem>
 
 #include "takt/recording/files.h"
-#include "takt/recording/gpmf_bytes.h"
+#include "tests/gpmf_writing.h"
 
 namespace takt::gpmf {
 namespace {
 
-using namespace made;
+using namespace gpmf_writing;
+using gpmf_writing::text;  // beside gpmf::text, which its argument finds
 
 Item only(const Payload& payload) {
   EXPECT_EQ(payload.problem, "");

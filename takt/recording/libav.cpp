@@ -49,7 +49,7 @@ void Release::operator()(SwsContext* p) const {
   sws_freeContext(p);
 }
 
-File open_file(const std::string& path) {
+File open_header(const std::string& path) {
   hush();
   AVFormatContext* raw = nullptr;
   // "file:" keeps a name such as "concat:a|b" or "http:…" from being taken for another protocol.
@@ -57,8 +57,12 @@ File open_file(const std::string& path) {
   if (const int code = avformat_open_input(&raw, url.c_str(), nullptr, nullptr); code < 0)
     throw Error("not readable as a video: " + words(code), path,
                 "the file may be cut short (an MP4 keeps its index at the end); repair it or copy it again");
-  File file(raw);
-  if (const int code = avformat_find_stream_info(raw, nullptr); code < 0)
+  return File(raw);
+}
+
+File open_file(const std::string& path) {
+  File file = open_header(path);
+  if (const int code = avformat_find_stream_info(file.get(), nullptr); code < 0)
     throw Error("its streams cannot be identified: " + words(code), path, "repair the file or copy it again");
   return file;
 }

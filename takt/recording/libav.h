@@ -28,7 +28,9 @@ using Packet = std::unique_ptr<AVPacket, Release>;
 using Picture = std::unique_ptr<AVFrame, Release>;
 using Scaler = std::unique_ptr<SwsContext, Release>;
 
-/// Opens a container and finds its streams. Throws takt::Error.
+/// Opens a container by its header alone: which streams there are, and their tags. Throws takt::Error.
+[[nodiscard]] File open_header(const std::string& path);
+/// Opens a container and finds out all about its streams, if need be by a look at their packets. Throws takt::Error.
 [[nodiscard]] File open_file(const std::string& path);
 /// Only these two streams are read from the file; −1 stands for none.
 void read_only(AVFormatContext& file, int stream, int other = -1);

@@ -21,13 +21,11 @@ const std::vector<Format>& formats() {
   static const std::vector<Format> table{
       {"ASL folder", looks_like_asl, read_asl},
       {"tracks folder", looks_like_tracks_folder, read_tracks_folder},
-      {"ROS 1 bag", looks_like_ros1_bag, read_ros1_bag},
-      {"GoPro video", is_gopro, read_gopro},
-      {"video", is_video, read_video},
-      {"ASL folder", looks_like_asl, read_asl},      {"tracks folder", looks_like_tracks_folder, read_tracks_folder},
-      {"GoPro video", is_gopro, read_gopro},         {"video", is_video, read_video},
       {"frame folder", looks_like_frame_folder, read_frame_folder},
       {"video with log", is_video_with_log, read_video_with_log},
+      {"GoPro video", is_gopro, read_gopro},
+      {"video", is_video, read_video},
+      {"ROS 1 bag", looks_like_ros1_bag, read_ros1_bag},
       {"CSV log", looks_like_csv_log, read_csv_log},
   };
   return table;

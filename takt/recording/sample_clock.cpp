@@ -157,7 +157,8 @@ std::int64_t SampleClock::time_ns(std::size_t mark, std::int64_t sample) const {
   const auto after = std::upper_bound(pieces_.begin(), pieces_.end(), mark,
                                       [](std::size_t m, const Piece& p) { return m < p.first_mark; });
   const Piece& p = *std::prev(after);
-  return epoch_ns_ + std::llround(p.origin_ns + p.period_ns * static_cast<double>(sample - p.origin_sample));
+  const double since_epoch = p.origin_ns + p.period_ns * static_cast<double>(sample - p.origin_sample);
+  return epoch_ns_ + std::llround(std::clamp(since_epoch, -2e18, 2e18));
 }
 
 }  // namespace takt

@@ -36,7 +36,7 @@ class SampleClock {
   /// Throws std::invalid_argument without marks, or for a period that is not positive.
   SampleClock(const std::vector<BlockMark>& marks, double nominal_period_ns, double tolerance_ns);
 
-  /// When sample `sample` of block `mark` was taken.
+  /// When sample `sample` of block `mark` was taken; held at ±63 years where marks make no sense.
   [[nodiscard]] std::int64_t time_ns(std::size_t mark, std::int64_t sample) const;
   [[nodiscard]] const std::vector<Piece>& pieces() const { return pieces_; }
   [[nodiscard]] double period_ns() const { return pieces_.front().period_ns; }

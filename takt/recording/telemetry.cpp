@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 namespace takt {
@@ -18,7 +19,7 @@ std::optional<std::int64_t> stamp_us(const gpmf::Stream& s) {
   return s.stamp_us;
 }
 std::optional<std::int64_t> tick_us(const gpmf::Stream& s) {
-  if (!s.tick_ms || *s.tick_ms <= 0) return std::nullopt;
+  if (!s.tick_ms || *s.tick_ms <= 0 || *s.tick_ms > 1'000'000'000'000) return std::nullopt;
   return *s.tick_ms * 1000;
 }
 
@@ -104,7 +105,8 @@ double nominal_period_ns(const Blocks& blocks) {
 }
 
 std::int64_t delay_ns(const gpmf::Stream& stream) {
-  return stream.delay_s ? from_seconds(*stream.delay_s).count() : 0;
+  const double delay_s = stream.delay_s.value_or(0);
+  return std::abs(delay_s) < 60 ? from_seconds(delay_s).count() : 0;  // more is no delay of a sensor
 }
 
 }  // namespace

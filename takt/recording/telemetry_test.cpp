@@ -6,12 +6,12 @@
 #include <cmath>
 
 #include "takt/recording/gopro.h"
-#include "takt/recording/gpmf_bytes.h"
+#include "tests/gpmf_writing.h"
 
 namespace takt {
 namespace {
 
-using namespace gpmf::made;
+using namespace gpmf_writing;
 
 constexpr std::int64_t payload_ns = 1'001'000'000;
 constexpr int blocks = 12, rows = 200, frames = 30;

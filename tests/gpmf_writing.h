@@ -8,7 +8,7 @@
 #include <vector>
 
 /// Writes GPMF for tests: what a camera would have written, made by hand.
-namespace takt::gpmf::made {
+namespace takt::gpmf_writing {
 
 inline void put(std::string& out, std::uint64_t value, int bytes) {
   for (int i = bytes - 1; i >= 0; --i) out += static_cast<char>(value >> (8 * i) & 0xFF);
@@ -54,4 +54,4 @@ inline std::span<const std::byte> bytes_of(const std::string& s) {
   return std::as_bytes(std::span(s));
 }
 
-}  // namespace takt::gpmf::made
+}  // namespace takt::gpmf_writing
