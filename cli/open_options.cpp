@@ -24,6 +24,9 @@ void add_open_options(CLI::App& verb, OpenOptions& options) {
       ->type_name("S");
   verb.add_option("--to", options.to_s, "leave out what is later than this, in s after the first stamp")
       ->type_name("S");
+  verb.add_option("--frame-shift", options.frame_shift,
+                  "numbered pictures beside a stamp list: picture N has stamp N + this, counted from 1")
+      ->type_name("N");
 }
 
 }  // namespace takt::cli

@@ -18,6 +18,8 @@ struct OpenOptions {
   RateUnit rate_unit = RateUnit::automatic;  ///< likewise for rates
   std::optional<double> from_s = {};         ///< cut, s since the first stamp of each clock; nothing: from the start
   std::optional<double> to_s = {};           ///< nothing: to the end
+  int decode_threads = 2;                    ///< of a video's decoder
+  int frame_shift = 0;  ///< numbered pictures beside a stamp list: picture N has the (N + shift)-th stamp, from 1
 };
 
 /// One row of the table of formats. A new format is one file pair `<format>.{h,cpp}` with these two functions and a row

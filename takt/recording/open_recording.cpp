@@ -7,8 +7,12 @@
 #include "takt/recording/asl.h"
 #include "takt/recording/csv_log.h"
 #include "takt/recording/cut.h"
+#include "takt/recording/frame_folder.h"
+#include "takt/recording/gopro.h"
 #include "takt/recording/ros1_bag.h"
 #include "takt/recording/tracks_folder.h"
+#include "takt/recording/video_reader.h"
+#include "takt/recording/video_with_log.h"
 
 namespace takt {
 
@@ -17,6 +21,10 @@ const std::vector<Format>& formats() {
   static const std::vector<Format> table{
       {"ASL folder", looks_like_asl, read_asl},
       {"tracks folder", looks_like_tracks_folder, read_tracks_folder},
+      {"frame folder", looks_like_frame_folder, read_frame_folder},
+      {"video with log", is_video_with_log, read_video_with_log},
+      {"GoPro video", is_gopro, read_gopro},
+      {"video", is_video, read_video},
       {"ROS 1 bag", looks_like_ros1_bag, read_ros1_bag},
       {"CSV log", looks_like_csv_log, read_csv_log},
   };
