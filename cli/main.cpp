@@ -15,6 +15,7 @@ namespace takt::cli {
 /// One row a verb, in the order of the help.
 const std::vector<AddVerb> all_verbs{
     add_inspect,
+    add_align,
     add_simulate,
     add_report,
 };

@@ -76,7 +76,7 @@ TEST(TrackRotation, ErrorOverSigmaIsOneWhetherTheNoiseIsGivenOrMeasured) {
   tracks.pixel_sigma = 0.5;
   const RotationSignal given = track_rotation(tracks);
   EXPECT_NEAR(normalised_error(given), 1, 0.27);
-  EXPECT_NEAR(given.matches[0][0].sigma_rad, 0.5 / 458, 0.3 / 458);
+  EXPECT_NEAR(given.pairs[0].matches[0].sigma_rad, 0.5 / 458, 0.3 / 458);
 }
 
 TEST(TrackRotation, OutliersAreSurvived) {

@@ -32,9 +32,9 @@ RotationSignal camera_rotation(const CameraStream& camera, const AlignJob& job, 
 }
 
 ImuStream tidied(const ImuStream& imu, std::vector<std::string>& notes) {
-  TidyImu out = tidy(imu);
+  Tidied out = tidy(imu);
   for (const std::string& word : out.words) notes.push_back(fmt::format("{}: {}", imu.name, word));
-  return std::move(out.stream);
+  return std::move(out.imu);
 }
 
 RotationSignal rotation_of(const StreamRef& stream, const AlignJob& job, std::vector<std::string>& notes) {
@@ -55,21 +55,11 @@ Estimate align_streams(const StreamRef& sensor, const StreamRef& reference, cons
   return align_rotation(signal, gyro, job.alignment);
 }
 
-void collect(const Recording& r, AlignOutcome& out) {
-  out.notes.insert(out.notes.end(), r.notes.begin(), r.notes.end());
-  out.files.insert(out.files.end(), r.files.begin(), r.files.end());
-}
-
-AlignOutcome align_pair(const StreamPair& pair, const AlignJob& job, AlignOutcome out) {
-  if (pair.reference.is_gyro()) {
-    out.estimate = align_streams(pair.sensor, pair.reference, job, out.notes);
-  } else if (pair.sensor.is_gyro()) {
-    out.estimate = inverse(align_streams(pair.reference, pair.sensor, job, out.notes));
-  } else {
-    throw Error(fmt::format("neither {} nor {} is a gyro", pair.sensor.name(), pair.reference.name()), job.inputs.front(),
-                "one of the two must be; name it with --reference");
-  }
-  return out;
+Estimate align_pair(const StreamPair& pair, const AlignJob& job, std::vector<std::string>& notes) {
+  if (pair.reference.is_gyro()) return align_streams(pair.sensor, pair.reference, job, notes);
+  if (pair.sensor.is_gyro()) return inverse(align_streams(pair.reference, pair.sensor, job, notes));
+  throw Error(fmt::format("neither {} nor {} is a gyro", pair.sensor.name(), pair.reference.name()), job.inputs.front(),
+              "one of the two must be; name it with --reference");
 }
 
 }  // namespace
@@ -91,21 +81,24 @@ Estimate inverse(const Estimate& e) {
   return out;
 }
 
-AlignOutcome align(const AlignJob& job) {
-  AlignOutcome out;
+Outcome align(const AlignJob& job) {
+  Outcome out;
+  std::vector<std::string> notes;
+  const auto open = [&](const std::string& path) {
+    Recording r = open_recording(path, job.open);
+    notes.insert(notes.end(), r.notes.begin(), r.notes.end());
+    out.files.insert(out.files.end(), r.files.begin(), r.files.end());
+    return r;
+  };
+  const Recording first = open(job.inputs.at(0));
   if (job.inputs.size() == 1) {
-    const Recording recording = open_recording(job.inputs[0], job.open);
-    collect(recording, out);
-    return align_pair(pick_pair(recording, job.sensor, job.reference), job, std::move(out));
+    out.estimate = align_pair(pick_pair(first, job.sensor, job.reference), job, notes);
+  } else {
+    const Recording second = open(job.inputs[1]);
+    out.estimate = align_pair(pick_pair(first, second, job.sensor, job.reference), job, notes);
   }
-  const Recording first = open_recording(job.inputs.at(0), job.open), second = open_recording(job.inputs.at(1), job.open);
-  collect(first, out);
-  collect(second, out);
-  StreamPair pair{pick_one(first, job.sensor), pick_one(second, job.reference)};
-  // Two videos or poses with gyros inside are possible; a bare log has but one stream.
-  if (job.reference.empty() && !pair.reference.is_gyro() && !second.imus.empty() && !pair.sensor.is_gyro())
-    pair.reference = {nullptr, nullptr, nullptr, &second.imus.front()};
-  return align_pair(pair, job, std::move(out));
+  out.estimate.notes = std::move(notes);
+  return out;
 }
 
 }  // namespace takt

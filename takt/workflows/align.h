@@ -22,13 +22,12 @@ struct AlignJob {
   std::function<void(std::size_t done, std::size_t total)> progress;
 };
 
-struct AlignOutcome {
-  Estimate estimate;
-  std::vector<std::string> notes;  ///< what was assumed on the way, in words
+struct Outcome {
+  Estimate estimate;               ///< its notes say what was assumed on the way
   std::vector<std::string> files;  ///< what was read
 };
 
-[[nodiscard]] AlignOutcome align(const AlignJob& job);
+[[nodiscard]] Outcome align(const AlignJob& job);
 
 /// The same relation with the roles exchanged.
 [[nodiscard]] Estimate inverse(const Estimate& e);

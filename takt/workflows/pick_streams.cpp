@@ -3,6 +3,7 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "takt/error.h"
@@ -69,11 +70,24 @@ StreamPair pick_pair(const Recording& recording, const std::string& sensor, cons
   return out;
 }
 
-StreamRef pick_one(const Recording& recording, const std::string& name) {
-  const std::vector<StreamRef> streams = all_streams(recording);
-  if (!name.empty()) return named(recording, streams, name);
-  if (streams.empty()) fail(recording, "there is no stream that turns", "inspect it with: takt inspect");
-  return streams.front();
+StreamPair pick_pair(const Recording& sensor_recording, const Recording& reference_recording,
+                     const std::string& sensor, const std::string& reference) {
+  const std::vector<StreamRef> sensors = all_streams(sensor_recording), references = all_streams(reference_recording);
+  for (const Recording* r : {&sensor_recording, &reference_recording})
+    if (all_streams(*r).empty()) fail(*r, "there is no stream that turns", "look into it with: takt inspect");
+  StreamPair out;
+  out.sensor = sensor.empty() ? sensors.front() : named(sensor_recording, sensors, sensor);
+  if (!reference.empty()) {
+    out.reference = named(reference_recording, references, reference);
+  } else {
+    const auto gyro = std::find_if(references.begin(), references.end(), [](const StreamRef& s) { return s.is_gyro(); });
+    out.reference = gyro == references.end() ? references.front() : *gyro;
+  }
+  // A gyro is needed on one side: a recording with a camera and a gyro lends its gyro.
+  if (sensor.empty() && !out.reference.is_gyro())
+    for (const StreamRef& s : sensors)
+      if (s.is_gyro()) out.sensor = s;
+  return out;
 }
 
 }  // namespace takt

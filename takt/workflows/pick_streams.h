@@ -24,7 +24,9 @@ struct StreamPair {
   StreamRef sensor, reference;
 };
 [[nodiscard]] StreamPair pick_pair(const Recording& recording, const std::string& sensor, const std::string& reference);
-/// One stream of a recording; left empty, the first in the same order.
-[[nodiscard]] StreamRef pick_one(const Recording& recording, const std::string& name);
+/// Sensor from one recording, reference from another: two logs that were made apart. The reference is a gyro if there
+/// is one, unless it is named.
+[[nodiscard]] StreamPair pick_pair(const Recording& sensor_recording, const Recording& reference_recording,
+                                   const std::string& sensor, const std::string& reference);
 
 }  // namespace takt

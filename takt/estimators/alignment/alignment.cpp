@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "takt/estimators/alignment/correlation.h"
 #include "takt/estimators/alignment/evidence.h"
 #include "takt/estimators/alignment/excitation.h"
 #include "takt/estimators/alignment/likelihood.h"
 #include "takt/estimators/alignment/phase.h"
+#include "takt/estimators/alignment/tdicp.h"
 
 namespace takt {
 
@@ -197,25 +199,25 @@ Estimate ml_estimate(const Problem& p, const LikelihoodFit& f, const Coarse& sta
   return e;
 }
 
-/// The method asked for; `automatic` is the best that answers.
-const Estimate& chosen(const std::vector<Estimate>& all, AlignmentMethod method) {
-  const auto named = [&](const char* name) -> const Estimate& {
-    for (const Estimate& e : all)
-      if (e.method == name) return e;
-    return all.back();
-  };
-  switch (method) {
-    case AlignmentMethod::correlation:
-      return named("correlation");
-    case AlignmentMethod::phase:
-      return named("phase");
-    case AlignmentMethod::tdicp:
-      return named("tdicp");
-    case AlignmentMethod::automatic:
-    case AlignmentMethod::ml:
-      break;
+Estimate tdicp_estimate(const Problem& p, const Coarse& start, const Estimate& base) {
+  Estimate e = base;
+  e.method = "tdicp";
+  const TdicpResult found = tdicp(p.signal, p.sensor_epoch, p.reference, start.offset_s, start.R_reference_sensor);
+  if (found.converged) {
+    set_offset(e, p, found.offset_s, found.sigma_s, start.centre_s);
+    e.T_reference_sensor = as_transform(found.R_reference_sensor);
+  } else {
+    e.doubt(Verdict::refused, "the orientation curves could not be registered");
   }
-  return named("ml");
+  return e;
+}
+
+/// The method asked for.
+const Estimate& chosen(const std::vector<Estimate>& all, const std::string& method) {
+  const std::string wanted = method == "auto" ? "ml" : method;
+  for (const Estimate& e : all)
+    if (e.method == wanted) return e;
+  throw std::invalid_argument("align_rotation: no method is called " + method);
 }
 
 void check(const ImuStream& reference) {
@@ -258,6 +260,7 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
   const LikelihoodFit fine = fit_fine(problem, start, options);
 
   std::vector<Estimate> all{correlation_estimate(problem, coarse, base), phase_estimate(problem, phase, start, base),
+                            tdicp_estimate(problem, start, base),
                             ml_estimate(problem, fine, start, base, options)};
   Estimate answer = chosen(all, options.method);
   const bool fitted = fine.converged;

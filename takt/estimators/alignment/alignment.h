@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <optional>
+#include <string>
 
 #include "takt/calibration/estimate.h"
 #include "takt/streams/rotation_signal.h"
@@ -10,10 +11,8 @@
 /// docs/methods/alignment.md has the derivation.
 namespace takt {
 
-enum class AlignmentMethod { automatic, correlation, phase, tdicp, ml };
-
 struct AlignmentOptions {
-  AlignmentMethod method = AlignmentMethod::automatic;
+  std::string method = "auto";  ///< auto (the best that answers), correlation, phase, tdicp or ml
   /// Half-width of the search (s) around equal stamps; nothing: every offset at which the streams overlap.
   std::optional<double> search_s;
   /// Let the offset drift even where the data do not ask for it.
@@ -22,12 +21,12 @@ struct AlignmentOptions {
   bool line_delay = false;
 };
 
-template <class V>
-void describe(AlignmentOptions& o, V& v) {
-  v("method", o.method, "auto (coarse, then ml), correlation, phase, tdicp or ml");
-  v("search", o.search_s, "half-width of the search around equal stamps, s (default: as far as the data overlap)");
+template <class Visitor>
+void describe(AlignmentOptions& o, Visitor& v) {
+  v("method", o.method, "auto, correlation, phase, tdicp or ml");
+  v("search_s", o.search_s, "half-width of the search around equal stamps; as far as the data overlap when left out");
   v("drift", o.drift, "let the offset drift even where the data do not ask for it");
-  v("line-delay", o.line_delay, "estimate the line delay of a rolling shutter");
+  v("line_delay", o.line_delay, "estimate the line delay even where the shutter is said to be global");
 }
 
 /// Finds t_reference = t_sensor + offset (+ drift). The result's `estimates` holds every method that ran.
