@@ -90,9 +90,8 @@ CameraStream camera_of(const std::string& path, const std::string& name) {
   throw std::runtime_error(path + ": no camera " + name);
 }
 
-void print(const char* stage, double wall, double cpu, std::size_t frames) {
-  const double n = static_cast<double>(frames);
-  std::printf("%-28s %8.2f ms/frame wall %8.2f ms/frame CPU\n", stage, wall / n * 1e3, cpu / n * 1e3);
+void print(const char* what, double seconds, const char* of, std::size_t frames) {
+  std::printf("%-18s %7.2f ms/frame %s\n", what, seconds / static_cast<double>(frames) * 1e3, of);
 }
 
 /// The stages one after the other, in one thread.
@@ -123,17 +122,19 @@ void stages(const CameraStream& stream, const CameraModel& model) {
   }
   std::printf("%zu frames of %d×%d px, tracked at 1/%d, %.0f features a pair\n", frames, model.width, model.height,
               tracker.reduction(), tracked / static_cast<double>(frames));
-  print("  decode", decode, 0, frames);
-  print("  track", track, 0, frames);
-  print("  bearings", bearing, 0, frames);
-  print("  rotation", fit, 0, frames);
-  print("all stages", decode + track + bearing + fit, cpu_s() - cpu_start, frames);
+  print("  decode", decode, "wall", frames);
+  print("  track", track, "wall", frames);
+  print("  bearings", bearing, "wall", frames);
+  print("  rotation", fit, "wall", frames);
+  print("all stages", decode + track + bearing + fit, "wall", frames);
+  print("all stages", cpu_s() - cpu_start, "CPU", frames);
 }
 
 void whole(const CameraStream& stream, const CameraModel& model) {
   const double wall = wall_s(), cpu = cpu_s();
   const takt::RotationSignal signal = takt::visual_rotation(stream, model);
-  print("visual_rotation", wall_s() - wall, cpu_s() - cpu, stream.size());
+  print("visual_rotation", wall_s() - wall, "wall", stream.size());
+  print("visual_rotation", cpu_s() - cpu, "CPU", stream.size());
   if (stream.size() > 1) {
     const double seconds = takt::to_seconds(stream.stamps.back() - stream.stamps.front());
     std::printf("%.1f times real time; %zu increments from %zu frames\n", seconds / (wall_s() - wall),
