@@ -13,7 +13,7 @@
 #include <string>
 
 #include "takt/recording/open_recording.h"
-#include "takt/signals/bearing_matches.h"
+#include "takt/signals/pixel_bearings.h"
 #include "takt/signals/visual_rotation.h"
 
 namespace {
@@ -99,7 +99,7 @@ void stages(const CameraStream& stream, const CameraModel& model) {
   double decode = 0, track = 0, bearing = 0, fit = 0, tracked = 0;
   std::size_t frames = 0;
   takt::FeatureTracker tracker;
-  const takt::BearingMatches bearings(model, stream.timing, model.height);
+  const takt::PixelBearings bearings(model, stream.timing, model.height);
   const auto reader = stream.open();
   const double cpu_start = cpu_s();
   for (;;) {
@@ -111,8 +111,11 @@ void stages(const CameraStream& stream, const CameraModel& model) {
     const auto seen = tracker.observe(frame->image);
     const double t2 = wall_s();
     std::vector<takt::BearingMatch> matches;
-    for (const auto& f : seen)
-      if (const auto m = bearings.match(f.from, f.to, 0.15 * tracker.reduction())) matches.push_back(*m);
+    for (const auto& f : seen) {
+      const auto from = bearings.see(f.from, 0.15 * tracker.reduction());
+      const auto to = bearings.see(f.to, 0.15 * tracker.reduction());
+      if (from && to) matches.push_back(takt::match(*from, *to));
+    }
     const double t3 = wall_s();
     (void)takt::rotation_of_pair(matches);
     const double t4 = wall_s();
