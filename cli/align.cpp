@@ -33,7 +33,8 @@ int run_align(AlignJob job, const Common& common) {
 }  // namespace
 
 void add_align(CLI::App& app, Common& common, Action& action) {
-  CLI::App& verb = *app.add_subcommand("align", "find the offset between a camera or gyro and a gyro, from motion alone");
+  CLI::App& verb =
+      *app.add_subcommand("align", "find the offset between a camera or gyro and a gyro, from motion alone");
   const auto job = std::make_shared<AlignJob>();
   const auto fov_deg = std::make_shared<double>(job->assumed_fov_rad * 180 / std::numbers::pi);
   verb.add_option("IN", job->inputs, "a recording with both streams, or two: the sensor's and the reference's")

@@ -42,8 +42,8 @@ struct Linearised {
   std::vector<Vec2> residual;        ///< from − p
   std::vector<Tangent> basis;        ///< d residual / d v, before the parallax scale
   std::vector<Tangent> by_rotation;  ///< d residual / d δ
-  std::vector<double> scale;                 ///< of v, given from outside
-  std::vector<double> nearness;              ///< of v, measured: inverse depth over the mean's
+  std::vector<double> scale;         ///< of v, given from outside
+  std::vector<double> nearness;      ///< of v, measured: inverse depth over the mean's
 
   Linearised(const BearingPairs& pairs, const Quat& rotation) {
     const Mat3 r = rotation.toRotationMatrix();
@@ -112,8 +112,8 @@ struct ParallaxFit {
 };
 
 /// Each match's own nearness: its part of the displacement along v over the mean's. Trusted as far as it stands out of
-/// the noise; where it does not, the match is as near as the mean. Without this a wrong direction of v, which moves near
-/// points more than far ones, would be taken for a rotation.
+/// the noise; where it does not, the match is as near as the mean. Without this a wrong direction of v, which moves
+/// near points more than far ones, would be taken for a rotation.
 void measure_nearness(Linearised& l, const Vec3& v, double sigma, double depth_scatter) {
   for (std::size_t i = 0; i < l.size(); ++i) {
     const Vec2 along = l.scale[i] * (l.basis[i] * v);
@@ -142,7 +142,7 @@ ParallaxFit fit_parallax(Linearised& l, const TwoViewOptions& options) {
     const Vec3 v = h.ldlt().solve(g);
     const bool settled = (v - fit.v).norm() < 1e-2 * fit.noise.sigma;
     fit.v = v;
-    measure_nearness(l, fit.v, fit.noise.sigma, options.depth_scatter);
+    if (options.measure_nearness) measure_nearness(l, fit.v, fit.noise.sigma, options.depth_scatter);
     fit.noise = measure_noise(l, fit.v, fit.noise.sigma, options);
     if (settled && pass >= 3) break;
   }

@@ -32,7 +32,10 @@ struct TwoViewNormals {
 };
 
 struct TwoViewOptions {
-  double depth_scatter = 0.5;  ///< κ
+  /// Each match's own nearness is read off its displacement along v. Right where the rotation is known from elsewhere;
+  /// where it is what is sought, a wrong rotation would look like depth.
+  bool measure_nearness = false;
+  double depth_scatter = 0.5;                ///< κ
   Vec3 parallax_mean = Vec3::Zero();         ///< what is known of v beforehand (rad)
   Mat3 parallax_information = Mat3::Zero();  ///< how well (1/rad²); zero: nothing is
   double sigma_floor_rad = 1e-6;

@@ -11,14 +11,19 @@ namespace takt {
 
 namespace {
 
-bool by_id(const SeenFeature& a, const SeenFeature& b) { return a.id < b.id; }
+bool by_id(const SeenFeature& a, const SeenFeature& b) {
+  return a.id < b.id;
+}
 
 std::vector<BearingMatch> common(const std::vector<SeenFeature>& from, const std::vector<SeenFeature>& to) {
   std::vector<BearingMatch> matches;
   for (auto a = from.begin(), b = to.begin(); a != from.end() && b != to.end();) {
-    if (a->id < b->id) ++a;
-    else if (b->id < a->id) ++b;
-    else matches.push_back(match(a++->seen, b++->seen));
+    if (a->id < b->id)
+      ++a;
+    else if (b->id < a->id)
+      ++b;
+    else
+      matches.push_back(match(a++->seen, b++->seen));
   }
   return matches;
 }
@@ -27,8 +32,9 @@ std::vector<BearingMatch> common(const std::vector<SeenFeature>& from, const std
 
 LongPairs::LongPairs(double frame_step_s, const Options& options)
     : options_(options),
-      stride_(frame_step_s > 0 ? std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(options_.step_s / frame_step_s)))
-                               : 1),
+      stride_(frame_step_s > 0
+                  ? std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(options_.step_s / frame_step_s)))
+                  : 1),
       longest_s_(2.5 * std::max(frame_step_s, options_.step_s)),
       chains_(stride_) {}
 

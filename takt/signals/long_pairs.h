@@ -20,9 +20,9 @@ struct SeenFeature {
 class LongPairs {
  public:
   struct Options {
-    double step_s = 0.5;               ///< wanted length of a pair
-    std::size_t fewest_matches = 12;   ///< a pair with fewer is left out, and its chain starts anew
-    std::size_t stored_matches = 80;   ///< spread over the view
+    double step_s = 0.4;              ///< wanted length of a pair
+    std::size_t fewest_matches = 12;  ///< a pair with fewer is left out, and its chain starts anew
+    std::size_t stored_matches = 80;  ///< spread over the view
   };
   /// `frame_step_s`: median step between frames.
   LongPairs(double frame_step_s, const Options& options);

@@ -29,8 +29,8 @@ RotationSignal signal_of(const TrackStream& tracks) {
 }
 
 std::vector<FollowedFeature> common_features(const std::vector<TrackedFeature>& from,
-                                          const std::vector<TrackedFeature>& to, const PixelBearings& bearings,
-                                          double sigma_px) {
+                                             const std::vector<TrackedFeature>& to, const PixelBearings& bearings,
+                                             double sigma_px) {
   std::vector<FollowedFeature> common;
   for (auto a = from.begin(), b = to.begin(); a != from.end() && b != to.end();) {
     if (a->id < b->id) {

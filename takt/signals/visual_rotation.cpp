@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "takt/signals/pixel_bearings.h"
 #include "takt/signals/frame_prefetch.h"
+#include "takt/signals/pixel_bearings.h"
 #include "takt/signals/rotation_chain.h"
 
 namespace takt {

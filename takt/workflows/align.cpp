@@ -43,7 +43,8 @@ RotationSignal rotation_of(const StreamRef& stream, const AlignJob& job, std::ve
   if (stream.attitude) return attitude_rotation(*stream.attitude);
   const ImuStream imu = tidied(*stream.imu, notes);
   if (imu.size() < 8)
-    throw Error(fmt::format("{} has only {} usable samples", imu.name, imu.size()), imu.name, "check it with: takt inspect");
+    throw Error(fmt::format("{} has only {} usable samples", imu.name, imu.size()), imu.name,
+                "check it with: takt inspect");
   return gyro_rotation(imu);
 }
 

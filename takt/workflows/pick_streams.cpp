@@ -25,8 +25,9 @@ std::vector<StreamRef> all_streams(const Recording& r) {
 [[noreturn]] void fail(const Recording& r, const std::string& problem, const char* advice) {
   std::vector<std::string> names;
   for (const StreamRef& s : all_streams(r)) names.push_back(s.name());
-  throw Error(fmt::format("{} (it has: {})", problem, names.empty() ? "nothing" : fmt::format("{}", fmt::join(names, ", "))),
-              r.path, advice);
+  throw Error(
+      fmt::format("{} (it has: {})", problem, names.empty() ? "nothing" : fmt::format("{}", fmt::join(names, ", "))),
+      r.path, advice);
 }
 
 const StreamRef& named(const Recording& r, const std::vector<StreamRef>& streams, const std::string& name) {
@@ -70,8 +71,8 @@ StreamPair pick_pair(const Recording& recording, const std::string& sensor, cons
   return out;
 }
 
-StreamPair pick_pair(const Recording& sensor_recording, const Recording& reference_recording,
-                     const std::string& sensor, const std::string& reference) {
+StreamPair pick_pair(const Recording& sensor_recording, const Recording& reference_recording, const std::string& sensor,
+                     const std::string& reference) {
   const std::vector<StreamRef> sensors = all_streams(sensor_recording), references = all_streams(reference_recording);
   for (const Recording* r : {&sensor_recording, &reference_recording})
     if (all_streams(*r).empty()) fail(*r, "there is no stream that turns", "look into it with: takt inspect");
@@ -80,7 +81,8 @@ StreamPair pick_pair(const Recording& sensor_recording, const Recording& referen
   if (!reference.empty()) {
     out.reference = named(reference_recording, references, reference);
   } else {
-    const auto gyro = std::find_if(references.begin(), references.end(), [](const StreamRef& s) { return s.is_gyro(); });
+    const auto gyro =
+        std::find_if(references.begin(), references.end(), [](const StreamRef& s) { return s.is_gyro(); });
     out.reference = gyro == references.end() ? references.front() : *gyro;
   }
   // A gyro is needed on one side: a recording with a camera and a gyro lends its gyro.

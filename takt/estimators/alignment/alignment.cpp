@@ -11,6 +11,7 @@
 #include "takt/estimators/alignment/correlation.h"
 #include "takt/estimators/alignment/evidence.h"
 #include "takt/estimators/alignment/excitation.h"
+#include "takt/estimators/alignment/focal.h"
 #include "takt/estimators/alignment/likelihood.h"
 #include "takt/estimators/alignment/phase.h"
 #include "takt/estimators/alignment/tdicp.h"
@@ -26,10 +27,17 @@ constexpr std::size_t fewest_steps = 20;
 constexpr double clear_margin = 12;
 /// Below this share of common rotation, with both sides sure of themselves, they do not see the same motion.
 constexpr double disagreement = 0.4, doubtful_agreement = 0.85;
-/// Misfit beyond what both sides claim of themselves by which "sure of themselves" is meant.
-constexpr double claimed_misfit = 3;
+/// "Sure of themselves": they misfit beyond their claims, in general or in proportion to the turn.
+constexpr double claimed_misfit = 3, relative_misfit = 0.15;
+/// Beyond this share of the turn, errors are not noise: the model does not fit.
+constexpr double credible_relative_error = 0.1;
+/// A shorter readout than this is a global shutter's (s).
+constexpr double shortest_readout_s = 1e-3;
+/// A motion this far above the noise must correlate, if it is the same.
+constexpr double strong_motion = 5, least_correlation = 0.5, unrivalled_correlation = 0.85;
 constexpr double significant_sigmas = 4;
 constexpr double rotation_known_rad = 0.035;
+constexpr double plausible_drift = 5e-4;
 
 Estimate blank(const RotationSignal& sensor, const ImuStream& reference, const char* method) {
   Estimate e;
@@ -82,11 +90,19 @@ std::optional<std::string> no_answer(const Excitation& x, const Correlation& c, 
                        x.reference_noise);
   if (!c.refusal.empty()) return c.refusal;
   const double base = to_seconds(p.between_epochs());
+  const bool strong =
+      x.sensor_rms[0] > strong_motion * x.sensor_noise && x.reference_rms[0] > strong_motion * x.reference_noise;
+  const bool rivalled = c.rival_margin < clear_margin;
+  if (strong && c.peaks.front().r < (rivalled ? unrivalled_correlation : least_correlation))
+    return fmt::format(
+        "sensor and gyro disagree: at no offset do they share more than {:.0f} % of the rotation; is the "
+        "picture stabilised in the camera, or are the two not rigidly joined or not of the same time?",
+        100 * c.peaks.front().r * c.peaks.front().r);
   if (c.peaks.front().evidence < c.significance)
     return fmt::format(
         "no offset between {:.3f} and {:.3f} s stands out: the best correlation is {:.2f}, as chance gives too",
         c.searched_from_s + base, c.searched_to_s + base, c.peaks.front().r);
-  if (c.rival_margin < clear_margin)
+  if (rivalled)
     return fmt::format(
         "two offsets fit about equally well, {:.4f} and {:.4f} s: the motion repeats itself; move less "
         "regularly, or narrow the search",
@@ -94,20 +110,16 @@ std::optional<std::string> no_answer(const Excitation& x, const Correlation& c, 
   return std::nullopt;
 }
 
-/// What the signal allows to be estimated beside the offset.
-LikelihoodOptions fine_options(const RotationSignal& sensor, const AlignmentOptions& options) {
-  LikelihoodOptions o;
-  const bool bearings = !sensor.pairs.empty();
-  o.readout = bearings && (options.line_delay || sensor.timing.shutter != Shutter::global);
-  o.focal = bearings && sensor.focal_assumed;
-  return o;
-}
-
-LikelihoodFit fit_fine(const Problem& p, const Coarse& start, const AlignmentOptions& options) {
-  LikelihoodOptions wanted = fine_options(p.signal, options);
-  LikelihoodFit fit = maximise_likelihood(p, start, wanted, p.signal.timing.readout_s);
-  const bool free_readout = wanted.readout && !options.line_delay && p.signal.timing.shutter == Shutter::unknown;
-  const bool no_readout = free_readout && !(fit.readout_s > significant_sigmas * fit.readout_sigma_s);
+LikelihoodFit fit_fine(const Problem& p, const Coarse& start, const AlignmentOptions& options, bool bearings) {
+  const FrameTiming& timing = p.signal.timing;
+  LikelihoodOptions wanted;
+  wanted.bearings = bearings;
+  wanted.log_focal = start.log_focal;
+  wanted.readout = bearings && (options.line_delay || timing.shutter != Shutter::global);
+  LikelihoodFit fit = maximise_likelihood(p, start, wanted, timing.readout_s);
+  const bool free_readout = wanted.readout && !options.line_delay && timing.shutter == Shutter::unknown;
+  const bool no_readout =
+      free_readout && !(fit.readout_s > std::max(shortest_readout_s, significant_sigmas * fit.readout_sigma_s));
   const bool no_drift = !options.drift && !(std::abs(fit.drift) > significant_sigmas * fit.drift_sigma);
   if (!fit.converged || (!no_readout && !no_drift)) return fit;
   // What the data do not ask for is fixed at none: the offset then is not burdened with its uncertainty.
@@ -118,7 +130,7 @@ LikelihoodFit fit_fine(const Problem& p, const Coarse& start, const AlignmentOpt
   again.R_reference_sensor = fit.R_reference_sensor;
   wanted.drift = !no_drift;
   wanted.readout = wanted.readout && !no_readout;
-  fit = maximise_likelihood(p, again, wanted, wanted.readout ? fit.readout_s : p.signal.timing.readout_s);
+  fit = maximise_likelihood(p, again, wanted, wanted.readout ? fit.readout_s : timing.readout_s);
   if (no_drift) fit.drift = 0, fit.drift_sigma = drift_sigma;
   return fit;
 }
@@ -133,7 +145,7 @@ void doubt_fit(Estimate& e, const Problem& p, const LikelihoodFit& f, const Coar
     e.doubt(Verdict::refused, fmt::format("the fine alignment left the correlation peak by {:.1f} ms", 1e3 * moved));
     return;
   }
-  const bool sure = f.misfit > claimed_misfit;
+  const bool sure = f.misfit > claimed_misfit || f.relative_error > relative_misfit;
   if (f.explained < disagreement && sure)
     e.doubt(Verdict::refused,
             fmt::format("sensor and gyro disagree: they share only {:.0f} % of the rotation; is the picture stabilised "
@@ -147,6 +159,13 @@ void doubt_fit(Estimate& e, const Problem& p, const LikelihoodFit& f, const Coar
   if (f.halves[0].sigma_s > 0 && f.halves[1].sigma_s > 0 && std::abs(apart) > significant_sigmas * apart_sigma)
     e.doubt(Verdict::weak, fmt::format("the two halves disagree by {:.3f} ms, {:.1f} times the uncertainty of that",
                                        1e3 * apart, std::abs(apart) / apart_sigma));
+  if (f.relative_error > relative_misfit)
+    e.doubt(Verdict::weak,
+            fmt::format("errors of {:.0f} % of the turn: the lens is not known well enough (--intrinsics), or "
+                        "much of the motion is translation",
+                        100 * f.relative_error));
+  if (std::abs(f.drift) > plausible_drift)
+    e.doubt(Verdict::weak, fmt::format("a drift of {:.0f} ppm is more than two crystals can differ by", 1e6 * f.drift));
   if (f.outliers > 0.2)
     e.doubt(Verdict::weak, fmt::format("{:.0f} % of the sensor's steps fit nothing", 100 * f.outliers));
   if (f.inflation > 3) e.doubt(Verdict::weak, "the residuals are far from independent: the model misses something");
@@ -155,7 +174,8 @@ void doubt_fit(Estimate& e, const Problem& p, const LikelihoodFit& f, const Coar
             fmt::format("little is known: the motion fixes the offset to {:.1f} ms only", 1e3 * *e.sigma_s));
 }
 
-void add_findings(Estimate& e, const Problem& p, const LikelihoodFit& f, const AlignmentOptions& options) {
+void add_findings(Estimate& e, const Problem& p, const LikelihoodFit& f, const Coarse& start,
+                  const AlignmentOptions& options) {
   e.drift = f.drift;
   e.drift_sigma = f.drift_sigma;
   if (!options.drift && f.drift != 0)
@@ -178,12 +198,12 @@ void add_findings(Estimate& e, const Problem& p, const LikelihoodFit& f, const A
     } else {
       e.line_delay_s = 0;
     }
-    if (f.log_focal_sigma > 0 && p.signal.model)
-      e.extras.push_back({"focal_px", p.signal.model->fx * std::exp(f.log_focal),
-                          p.signal.model->fx * std::exp(f.log_focal) * f.log_focal_sigma});
+    if (start.log_focal != 0 && p.signal.model)
+      e.extras.push_back({"focal_px", p.signal.model->fx * std::exp(start.log_focal), std::nullopt});
   }
   e.extras.push_back({"explained", f.explained, std::nullopt});
   e.extras.push_back({"misfit", f.misfit, std::nullopt});
+  e.extras.push_back({"relative_error", f.relative_error, std::nullopt});
   e.extras.push_back({"steps", static_cast<double>(f.used), std::nullopt});
   e.extras.push_back({"half_difference_s", f.halves[1].offset_s - f.halves[0].offset_s,
                       std::hypot(f.halves[0].sigma_s, f.halves[1].sigma_s)});
@@ -195,8 +215,33 @@ Estimate ml_estimate(const Problem& p, const LikelihoodFit& f, const Coarse& sta
   e.method = "ml";
   set_offset(e, p, f.offset_s, f.offset_sigma_s, f.centre_s);
   doubt_fit(e, p, f, start);
-  if (e.answered()) add_findings(e, p, f, options);
+  if (e.answered()) add_findings(e, p, f, start, options);
   return e;
+}
+
+/// Bearings know the translation apart from the rotation, and are believed where they fit; where they do not (few
+/// points, a lens that is not known), the apparent rotations are surer.
+bool prefer_bearings(const LikelihoodFit& rotation, const LikelihoodFit& bearings) {
+  if (!bearings.converged || !rotation.converged) return bearings.converged;
+  return bearings.relative_error < credible_relative_error || bearings.relative_error < rotation.relative_error;
+}
+
+/// The two likelihoods look at the same pictures in two ways, and err in two ways: one by noise, the other by a
+/// translation that it takes for rotation. Where both fit and agree, the answer is their weighted mean, its sigma wider
+/// by as much as they are apart (the Birge ratio). Where they disagree, translation explains it, and the bearings
+/// stand.
+void join(Estimate& answer, const Estimate& second, const LikelihoodFit& fine, const LikelihoodFit& other) {
+  if (!answer.answered() || !second.answered()) return;
+  if (std::max(fine.relative_error, other.relative_error) > credible_relative_error) return;
+  // A rolling shutter is seen by the bearings alone: the other answer then is for some middle row.
+  if (fine.readout_s != other.readout_s) return;
+  const double apart =
+      to_seconds(*second.offset - *answer.offset) + second.drift.value_or(0) * to_seconds(answer.epoch - second.epoch);
+  const double allowed = std::hypot(*answer.sigma_s, *second.sigma_s);
+  if (std::abs(apart) > 3 * allowed) return;
+  const double share = *answer.sigma_s * *answer.sigma_s / (allowed * allowed);
+  *answer.offset += from_seconds(share * apart);
+  *answer.sigma_s = *answer.sigma_s * *second.sigma_s / allowed * std::max(1.0, std::abs(apart) / allowed);
 }
 
 Estimate tdicp_estimate(const Problem& p, const Coarse& start, const Estimate& base) {
@@ -255,13 +300,24 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
     if (!coarse.curve_r.empty()) e.evidence.panels.push_back(correlation_panel(problem, coarse));
     return e;
   }
-  const Coarse start = follow_drift(problem, coarse);
+  Coarse start = follow_drift(problem, coarse);
+  if (sensor.focal_assumed) start.log_focal = fit_log_focal(problem, start);
   const PhaseFit phase = fit_phase(problem, start);
-  const LikelihoodFit fine = fit_fine(problem, start, options);
+  const bool has_bearings = !problem.pairs.empty();
+  const LikelihoodFit by_rotation = fit_fine(problem, start, options, false);
+  const LikelihoodFit by_bearings = has_bearings ? fit_fine(problem, start, options, true) : LikelihoodFit{};
+  const bool bearings_win = prefer_bearings(by_rotation, by_bearings);
+  const LikelihoodFit& fine = bearings_win ? by_bearings : by_rotation;
 
   std::vector<Estimate> all{correlation_estimate(problem, coarse, base), phase_estimate(problem, phase, start, base),
-                            tdicp_estimate(problem, start, base),
-                            ml_estimate(problem, fine, start, base, options)};
+                            tdicp_estimate(problem, start, base), ml_estimate(problem, fine, start, base, options)};
+  if (has_bearings) {
+    const LikelihoodFit& other = bearings_win ? by_rotation : by_bearings;
+    Estimate second = ml_estimate(problem, other, start, base, options);
+    second.method = bearings_win ? "ml-rotation" : "ml-bearings";
+    join(all.back(), second, fine, other);
+    all.push_back(std::move(second));
+  }
   Estimate answer = chosen(all, options.method);
   const bool fitted = fine.converged;
   const double offset = fitted ? fine.offset_s : start.offset_s, drift = fitted ? fine.drift : start.drift;

@@ -80,9 +80,9 @@ struct Grids {
 
 Grids make_grids(const Problem& p) {
   const double length = std::max(p.steps.back().t1 - p.steps.front().t0, p.reference.end_s() - p.reference.begin_s());
-  // Half a sensor step resolves all that the sensor can show.
-  const double cell = std::max({0.5 * p.step_s, p.reference.median_step_s(), length / static_cast<double>(max_cells)});
-  return {sensor_grid(p, cell), reference_grid(p, cell, p.step_s), cell};
+  // A quarter of a sensor step: the fastest motion that the sensor can show still has its peak within reach of a cell.
+  const double cell = std::max(0.25 * p.step_s, length / static_cast<double>(max_cells));
+  return {step_grid(p, cell), reference_grid(p, cell, p.step_s), cell};
 }
 
 /// Local maxima of the evidence, best first, none within a lobe of a better one.
@@ -113,13 +113,14 @@ std::ptrdiff_t lobe_half_width(const RateGrid& g) {
   const auto reach = static_cast<std::ptrdiff_t>(std::min<std::size_t>(g.rate.size() - 1, 4000));
   const VectorCorrelation c = vector_correlation(own, own, 0, reach, 3);
   for (std::size_t i = 0; i < c.r.size(); ++i)
-    if (c.r[i] < 0.5) return std::max<std::ptrdiff_t>(1, static_cast<std::ptrdiff_t>(i));
+    if (c.pairs[i] > 0.5 * c.pairs[0] && c.r[i] < 0.5)
+      return std::max<std::ptrdiff_t>(1, static_cast<std::ptrdiff_t>(i));
   return std::max<std::ptrdiff_t>(1, reach);
 }
 
 /// Climbs from a lag to the top of the vector correlation nearby.
-Peak refine(const Grids& g, std::ptrdiff_t start, std::ptrdiff_t reach, const EvidenceScale& evidence, std::ptrdiff_t lowest,
-            std::ptrdiff_t highest) {
+Peak refine(const Grids& g, std::ptrdiff_t start, std::ptrdiff_t reach, const EvidenceScale& evidence,
+            std::ptrdiff_t lowest, std::ptrdiff_t highest) {
   const std::size_t n = g.sensor.rate.size();
   std::ptrdiff_t best = start;
   VectorFit at = vector_fit(g.sensor, g.reference, best, 0, n);
@@ -183,6 +184,8 @@ Correlation correlate(const Problem& problem, double from_s, double to_s) {
     return out;
   }
   const double min_cells = std::max(8.0, min_steps * problem.step_s / g.cell_s);
+  // Cells coarser than the steps hold several of them.
+  const double min_pairs = std::max(8.0, min_steps * std::min(1.0, problem.step_s / g.cell_s));
   const double size_a = static_cast<double>(g.sensor.rate.size()),
                size_b = static_cast<double>(g.reference.rate.size());
   const double least = -size_a + min_cells, most = size_b - min_cells;
@@ -196,7 +199,7 @@ Correlation correlate(const Problem& problem, double from_s, double to_s) {
   out.searched_to_s = g.offset_of(static_cast<double>(highest));
 
   const VectorCorrelation c = vector_correlation({g.sensor.rate, g.sensor.valid}, {g.reference.rate, g.reference.valid},
-                                                 lowest, highest, min_cells);
+                                                 lowest, highest, min_pairs);
   const EvidenceScale evidence{c.axes / c.memory};
   thin_curve(c, g, out);
   const std::ptrdiff_t lobe = lobe_half_width(g.sensor);
@@ -240,6 +243,8 @@ Coarse follow_drift(const Problem& problem, const Correlation& correlation) {
   const std::size_t n = g.sensor.rate.size();
   const auto least = static_cast<std::size_t>(std::max(min_steps * problem.step_s, 20 * correlation.lobe_s) / g.cell_s);
   const std::size_t window = std::max<std::size_t>({least, n / 24, 8});
+  double filled = 0;
+  for (const double v : g.sensor.valid) filled += v / static_cast<double>(n);
   struct Window {
     double t, offset, weight;
   };
@@ -251,7 +256,7 @@ Coarse follow_drift(const Problem& problem, const Correlation& correlation) {
     std::ptrdiff_t at = peak_lag;
     for (std::ptrdiff_t lag = peak_lag - reach; lag <= peak_lag + reach; ++lag) {
       const VectorFit f = vector_fit(g.sensor, g.reference, lag, first, first + window);
-      if (f.pairs < 0.5 * static_cast<double>(window)) continue;
+      if (f.pairs < 0.5 * filled * static_cast<double>(window)) continue;
       if (f.r > best) best = f.r, at = lag;
     }
     if (best < 0.3) continue;

@@ -25,8 +25,9 @@ Panel panel(std::string name, std::string kind, std::string title, std::string c
 }  // namespace
 
 Panel correlation_panel(const Problem& problem, const Correlation& c) {
-  Panel p = panel("correlation", "lines", "Correlation of the two rates against the offset",
-                  "Under the best rotation between the sensors at each offset; one peak should stand clear of all others.");
+  Panel p =
+      panel("correlation", "lines", "Correlation of the two rates against the offset",
+            "Under the best rotation between the sensors at each offset; one peak should stand clear of all others.");
   const double base = to_seconds(problem.between_epochs());
   p.x = {"offset", "s", {}, {}};
   for (const double o : c.curve_offset_s) p.x.values.push_back(o + base);

@@ -40,8 +40,7 @@ Excitation measure_excitation(const Problem& problem) {
   e.sensor_rms =
       principal_rms(steps.size(), [&](std::size_t i) { return Vec3(steps[i].apparent / (steps[i].t1 - steps[i].t0)); });
   std::vector<double> noise;
-  for (const Step& s : steps)
-    noise.push_back(std::sqrt(std::max(0.0, s.information.inverse().trace()) / 3) / (s.t1 - s.t0));
+  for (const Step& s : steps) noise.push_back(std::sqrt(3 / std::max(1e-12, s.information.trace())) / (s.t1 - s.t0));
   std::nth_element(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2), noise.end());
   e.sensor_noise = noise[noise.size() / 2];
 

@@ -9,9 +9,10 @@
 namespace takt::alignment {
 
 struct LikelihoodOptions {
+  bool bearings = false;  ///< compare the bearings of pairs; else the steps' (apparent) rotations
   bool drift = true;
   bool readout = false;  ///< time from the first row to the last, from bearings
-  bool focal = false;    ///< log scale of the focal length, from bearings
+  double log_focal = 0;  ///< log of the true focal length over the one that the bearings were made with
 };
 
 /// Offset in one stretch of the recording, everything else as found over the whole.
@@ -33,18 +34,18 @@ struct LikelihoodFit {
   Mat3 R_reference_sensor = Mat3::Identity();
   Vec3 gyro_bias = Vec3::Zero();
   double readout_s = 0;
-  double log_focal = 0;
 
-  double offset_sigma_s = 0, drift_sigma = 0, readout_sigma_s = 0, log_focal_sigma = 0;
+  double offset_sigma_s = 0, drift_sigma = 0, readout_sigma_s = 0;
   Vec3 rotation_sigma = Vec3::Zero();  ///< rad, about the reference's axes
   bool converged = false;
   int iterations = 0;
-  std::size_t used = 0;  ///< steps whose interval the reference covers
-  double explained = 0;  ///< R²: share of the sensor's rotation that the gyro predicts
-  double misfit = 0;     ///< rms residual over what the sensor and the gyro claim of themselves
-  double outliers = 0;   ///< share of the steps beyond 4σ
-  double whiteness = 0;  ///< largest autocorrelation left (lags 1–8) times √n
-  double inflation = 1;  ///< how much the remaining correlation widened the covariance
+  std::size_t used = 0;       ///< steps whose interval the reference covers
+  double explained = 0;       ///< R²: share of the sensor's rotation that the gyro predicts
+  double misfit = 0;          ///< rms residual over what the sensor and the gyro claim of themselves
+  double relative_error = 0;  ///< rms error beyond those claims, as a share of the turn
+  double outliers = 0;        ///< share of the steps beyond 4σ
+  double whiteness = 0;       ///< largest autocorrelation left (lags 1–8) times √n
+  double inflation = 1;       ///< how much the remaining correlation widened the covariance
   Arma11 errors;
 
   std::vector<double> residual_t_s;  ///< thinned

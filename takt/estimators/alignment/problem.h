@@ -48,7 +48,8 @@ struct Coarse {
   double drift = 0;
   double centre_s = 0;  ///< sensor seconds
   Mat3 R_reference_sensor = Mat3::Identity();
-  double lobe_s = 0;  ///< half-width of the correlation's main lobe
+  double lobe_s = 0;     ///< half-width of the correlation's main lobe
+  double log_focal = 0;  ///< log of the true focal length over the assumed one; 0 where it is known
 };
 
 }  // namespace takt::alignment

@@ -6,6 +6,25 @@
 
 namespace takt::alignment {
 
+RateGrid step_grid(const Problem& problem, double cell_s) {
+  RateGrid grid;
+  grid.cell_s = cell_s;
+  // The first step's middle is the middle of a cell, and with even steps so are all others.
+  grid.begin_s = 0.5 * (problem.steps.front().t0 + problem.steps.front().t1 - cell_s);
+  const auto cells = static_cast<std::size_t>(std::ceil((problem.steps.back().t1 - grid.begin_s) / cell_s));
+  grid.rate.assign(cells, Vec3::Zero());
+  grid.valid.assign(cells, 0.0);
+  for (const Step& s : problem.steps) {
+    const double middle = 0.5 * (s.t0 + s.t1) - grid.begin_s;
+    const std::size_t i = std::min(cells - 1, static_cast<std::size_t>(middle / cell_s));
+    grid.rate[i] += s.apparent / (s.t1 - s.t0);
+    grid.valid[i] += 1;
+  }
+  for (std::size_t i = 0; i < cells; ++i)
+    if (grid.valid[i] > 0) grid.rate[i] /= grid.valid[i], grid.valid[i] = 1;
+  return grid;
+}
+
 RateGrid sensor_grid(const Problem& problem, double cell_s) {
   RateGrid grid;
   grid.cell_s = cell_s;

@@ -16,6 +16,9 @@ struct RateGrid {
   [[nodiscard]] double centre_s(std::size_t i) const { return begin_s + (static_cast<double>(i) + 0.5) * cell_s; }
 };
 
+/// Each of the sensor's steps as one value, in the cell where its middle lies; all other cells are invalid. With cells
+/// finer than the steps nothing of a fast motion is blurred.
+[[nodiscard]] RateGrid step_grid(const Problem& problem, double cell_s);
 /// The sensor's increments spread evenly over their lengths.
 [[nodiscard]] RateGrid sensor_grid(const Problem& problem, double cell_s);
 /// The gyro averaged over `window_s` around each cell's centre, to match the length of the sensor's steps.
