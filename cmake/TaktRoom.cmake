@@ -43,7 +43,8 @@ function(takt_room name)
   if(TAKT_TESTS AND tests)
     add_executable(${name}_test ${tests})
     target_link_libraries(${name}_test PRIVATE takt_${name} takt_warnings ${ROOM_PRIVATE} GTest::gtest GTest::gtest_main)
-    target_compile_definitions(${name}_test PRIVATE TAKT_DATA_DIR="${TAKT_DATA_DIR}" TAKT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+    target_compile_definitions(${name}_test PRIVATE TAKT_DATA_DIR="${TAKT_DATA_DIR}" TAKT_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+      $<$<BOOL:${TAKT_SANITIZE}>:TAKT_SANITIZED>)  # times mean nothing there
     add_test(NAME ${name} COMMAND ${name}_test)
   endif()
   if(TAKT_FUZZ)

@@ -87,7 +87,7 @@ class Field {
     if (!known()) return;
     require(Kind::list);
     for (std::size_t i = 0; i < node_->children.size(); ++i)
-      f({&node_->children[i].second, fmt::format("{}[{}]", path_, i), where_});
+      f({&node_->children[i].node, fmt::format("{}[{}]", path_, i), where_});
   }
   void for_each_key(const std::function<void(const std::string&, const Field&)>& f) const {
     if (!known()) return;

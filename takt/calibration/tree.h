@@ -10,18 +10,25 @@
 /// What JSON and YAML have in common: the document between an object and its text.
 namespace takt::tree {
 
+struct Child;
+
 struct Node {
   enum class Kind { null, boolean, number, text, list, object };
 
   Kind kind = Kind::null;
-  std::string scalar;  ///< as written: "0.003177000" keeps its zeros, so an int64 of nanoseconds survives
-  std::vector<std::pair<std::string, Node>> children;  ///< in order; a list's have no key
+  std::string scalar;           ///< as written: "0.003177000" keeps its zeros, so an int64 of nanoseconds survives
+  std::vector<Child> children;  ///< in order
 
   /// Appends to an object and to a list.
   Node& add(std::string key, Node value);
-  Node& add(Node value) { return add({}, std::move(value)); }
+  Node& add(Node value);
   /// The first child of that name; nullptr where there is none.
   [[nodiscard]] const Node* find(std::string_view key) const;
+};
+
+struct Child {
+  std::string key;  ///< empty in a list
+  Node node;
 };
 
 [[nodiscard]] Node object();

@@ -73,7 +73,7 @@ std::string quoted(std::string_view s) {
 bool is_flat(const Node& n) {
   if (n.children.empty()) return true;
   return n.kind == Kind::list && std::all_of(n.children.begin(), n.children.end(), [](const auto& c) {
-           return c.second.children.empty() && c.second.kind != Kind::text;
+           return c.node.children.empty() && c.node.kind != Kind::text;
          });
 }
 
@@ -158,13 +158,17 @@ void write_yaml(const Node& n, std::string& out, const std::string& indent) {
 }  // namespace
 
 Node& Node::add(std::string key, Node value) {
-  children.emplace_back(std::move(key), std::move(value));
+  children.push_back({std::move(key), std::move(value)});
   return *this;
 }
 
+Node& Node::add(Node value) {
+  return add({}, std::move(value));
+}
+
 const Node* Node::find(std::string_view key) const {
-  const auto hit = std::find_if(children.begin(), children.end(), [&](const auto& c) { return c.first == key; });
-  return kind == Kind::object && hit != children.end() ? &hit->second : nullptr;
+  const auto hit = std::find_if(children.begin(), children.end(), [&](const auto& c) { return c.key == key; });
+  return kind == Kind::object && hit != children.end() ? &hit->node : nullptr;
 }
 
 Node object() {

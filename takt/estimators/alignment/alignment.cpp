@@ -187,7 +187,7 @@ void add_findings(Estimate& e, const Problem& p, const LikelihoodFit& f, const C
     e.reasons.push_back("the motion is about one axis only: the rotation between the sensors is not known about it");
   const FrameTiming& timing = p.signal.timing;
   if (p.signal.source == "images" || p.signal.source == "tracks") {
-    e.frame_instant = "exposure_middle";
+    e.frame_instant = "middle";
     e.frame_row = timing.row == RowReference::first ? "first" : "middle";
     const int rows = timing.rows > 0 ? timing.rows : p.signal.model ? p.signal.model->height : 0;
     if (f.readout_s != 0 && rows > 0) {
