@@ -117,6 +117,17 @@ inline Recorded record(const Scenario& s, std::uint64_t seed) {
   return out;
 }
 
+/// Two gyros as they come, for whoever exchanges their roles.
+struct GyroPair {
+  ImuStream sensor, reference;
+  Estimate truth;
+};
+inline GyroPair gyro_pair(const Scenario& s, std::uint64_t seed) {
+  Random random(seed, "case " + s.motion);
+  const SimulatedRecording run = simulate_handheld(options_of(s, random, seed));
+  return {second_gyro(s, run, Random(seed, "second gyro")), run.recording.imus.front(), run.truth};
+}
+
 /// Found minus true offset (s), at the epoch of the answer.
 inline double offset_error_s(const Estimate& found, const Estimate& truth) {
   return to_seconds(*found.offset - truth.clock_map().offset_at(as<SensorClock>(found.epoch)));
