@@ -131,9 +131,10 @@ ParallaxFit fit_parallax(Linearised& l, const TwoViewOptions& options) {
     Vec3 g = Vec3::Zero();
     for (std::size_t i = 0; i < l.size(); ++i) {
       // Its length is the mean of the along-components, its direction what leaves least across it.
-      const Eigen::Matrix2d w = robust_weight(fit.noise.misfit[i]) *
-                                (pass < 3 ? Eigen::Matrix2d::Identity().eval()
-                                          : weight(l, i, fit.v, fit.noise.sigma, options.depth_scatter, 1));
+      const Eigen::Matrix2d w =
+          robust_weight(fit.noise.misfit[i]) * (pass < 3 || !options.measure_nearness
+                                                    ? Eigen::Matrix2d::Identity().eval()
+                                                    : weight(l, i, fit.v, fit.noise.sigma, options.depth_scatter, 1));
       const Tangent b = l.by_parallax(i);
       h += b.transpose() * w * b;
       g += b.transpose() * (w * l.residual[i]);

@@ -130,8 +130,8 @@ TEST(VisualRotation, FindsTheTurnsOfADistortedCameraWithHonestSigma) {
       frames, step_s, [&](std::size_t i) { return wall().seen(model, attitude(i).toRotationMatrix(), 2, i); });
   const RotationSignal signal = visual_rotation(stream, model);
   ASSERT_EQ(signal.increments.size(), frames - 1);
-  // Half-second pairs at 25 Hz: thirteen frames apart, so the first thirteen frames are nobody's end.
-  ASSERT_EQ(signal.pairs.size(), frames - 13);
+  // Pairs of 0.4 s at 25 Hz: ten frames apart, so the first ten frames are nobody's end.
+  ASSERT_EQ(signal.pairs.size(), frames - 10);
   EXPECT_TRUE(signal.notes.empty()) << signal.notes.front();
   EXPECT_EQ(signal.unexplained_fraction, 0);
   double nees = 0, squares = 0;
@@ -144,7 +144,7 @@ TEST(VisualRotation, FindsTheTurnsOfADistortedCameraWithHonestSigma) {
   for (const BearingPair& pair : signal.pairs) {
     EXPECT_LE(pair.matches.size(), 80u);
     EXPECT_GE(pair.matches.size(), 40u);
-    EXPECT_EQ(pair.to - pair.from, from_seconds(13 * step_s));
+    EXPECT_EQ(pair.to - pair.from, from_seconds(10 * step_s));
   }
   RecordProperty("error_over_sigma_squared", std::to_string(nees));
   RecordProperty("rms_error_urad", std::to_string(std::sqrt(squares) * 1e6));

@@ -226,6 +226,27 @@ bool prefer_bearings(const LikelihoodFit& rotation, const LikelihoodFit& bearing
   return bearings.relative_error < credible_relative_error || bearings.relative_error < rotation.relative_error;
 }
 
+/// Where the two likelihoods are far apart and the plain correlation sides with the other one, the answer is in doubt.
+void hear_third_witness(Estimate& answer, const Estimate& second, const Estimate& correlation) {
+  if (!answer.answered() || !correlation.answered()) return;
+  if (!second.answered()) {
+    answer.doubt(Verdict::weak, "with and without translation in the model do not both lead to an answer");
+    return;
+  }
+  // A rolling shutter that only one of them models accounts for a difference.
+  if (std::abs(answer.line_delay_s.value_or(0) - second.line_delay_s.value_or(0)) > 2e-6) return;
+  const double apart = to_seconds(*answer.offset - *second.offset);
+  const double allowed = std::hypot(*answer.sigma_s, *second.sigma_s);
+  const auto from_correlation = [&](const Estimate& e) {
+    return std::abs(to_seconds(*e.offset - *correlation.offset));
+  };
+  if (std::abs(apart) > significant_sigmas * allowed && from_correlation(answer) > from_correlation(second))
+    answer.doubt(Verdict::weak,
+                 fmt::format("with and without translation in the model the answers are {:.2f} ms apart, {:.1f} times "
+                             "their uncertainty, and the correlation is nearer to the other",
+                             1e3 * std::abs(apart), std::abs(apart) / allowed));
+}
+
 /// The two likelihoods look at the same pictures in two ways, and err in two ways: one by noise, the other by a
 /// translation that it takes for rotation. Where both fit and agree, the answer is their weighted mean, its sigma wider
 /// by as much as they are apart (the Birge ratio). Where they disagree, translation explains it, and the bearings
@@ -234,7 +255,7 @@ void join(Estimate& answer, const Estimate& second, const LikelihoodFit& fine, c
   if (!answer.answered() || !second.answered()) return;
   if (std::max(fine.relative_error, other.relative_error) > credible_relative_error) return;
   // A rolling shutter is seen by the bearings alone: the other answer then is for some middle row.
-  if (fine.readout_s != other.readout_s) return;
+  if (std::abs(fine.readout_s - other.readout_s) > shortest_readout_s) return;
   const double apart =
       to_seconds(*second.offset - *answer.offset) + second.drift.value_or(0) * to_seconds(answer.epoch - second.epoch);
   const double allowed = std::hypot(*answer.sigma_s, *second.sigma_s);
@@ -315,9 +336,15 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
     const LikelihoodFit& other = bearings_win ? by_rotation : by_bearings;
     Estimate second = ml_estimate(problem, other, start, base, options);
     second.method = bearings_win ? "ml-rotation" : "ml-bearings";
+    hear_third_witness(all.back(), second, all.front());
     join(all.back(), second, fine, other);
     all.push_back(std::move(second));
   }
+  if (fine.converged && fine.drift != 0)
+    for (Estimate& e : all)
+      if (!e.method.starts_with("ml") && e.answered())
+        e.doubt(Verdict::weak, fmt::format("the clocks drift by {:.1f} ± {:.1f} ppm, which this method does not model",
+                                           1e6 * fine.drift, 1e6 * fine.drift_sigma));
   Estimate answer = chosen(all, options.method);
   const bool fitted = fine.converged;
   const double offset = fitted ? fine.offset_s : start.offset_s, drift = fitted ? fine.drift : start.drift;

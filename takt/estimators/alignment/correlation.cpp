@@ -159,7 +159,10 @@ double peak_sigma(const Grids& g, const Peak& peak, double memory) {
     if (g.sensor.valid[i] * r.valid[k - 1] * r.valid[k] * r.valid[k + 1] == 0) continue;
     slope_power += ((r.rate[k + 1] - r.rate[k - 1]) / (2 * g.cell_s)).squaredNorm();
   }
-  return slope_power > 0 ? std::sqrt(fit.residual * memory / slope_power) : 0;
+  // The top of a parabola through cells may miss the true one by a good part of a cell, whatever the noise.
+  constexpr double parabola_error_cells = 0.4;
+  const double noise = slope_power > 0 ? std::sqrt(fit.residual * memory / slope_power) : 0;
+  return std::hypot(noise, parabola_error_cells * g.cell_s);
 }
 
 void thin_curve(const VectorCorrelation& c, const Grids& g, Correlation& out) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <future>
+#include <optional>
 
 #include "takt/motion/two_view.h"
 
@@ -86,8 +87,22 @@ Mat3 with_noise(const Mat3& information, double s) {
 class Model {
  public:
   Model(const Problem& problem, const LikelihoodOptions& options)
-      : problem_(problem), options_(options), gyro_density_(problem.reference.noise_density()) {
+      : problem_(problem),
+        options_(options),
+        gyro_(&problem.reference),
+        gyro_density_(problem.reference.noise_density()) {
     two_view_.measure_nearness = true;
+  }
+
+  /// Takes a known bias out of the rates themselves. To first order it would do to turn each prediction by the bias,
+  /// but over a long step with a changing rate that is not enough.
+  void remove_bias(const Vec3& bias) {
+    std::vector<Vec3> rates(problem_.reference.rates().begin(), problem_.reference.rates().end());
+    for (Vec3& w : rates) w -= bias;
+    const auto times = problem_.reference.times_s();
+    unbiased_.emplace(std::vector<double>(times.begin(), times.end()), std::move(rates));
+    gyro_ = &*unbiased_;
+    removed_ = bias;
   }
 
   void expect_parallax(const Vec3& mean, const Mat3& information) {
@@ -102,16 +117,17 @@ class Model {
     Linear out;
     const double since0 = item.t0 - x.centre_s, since1 = item.t1 - x.centre_s;
     const double t0 = item.t0 + x.offset_s + x.drift * since0, t1 = item.t1 + x.offset_s + x.drift * since1;
-    if (!problem_.reference.covers(t0, t1)) return out;
-    const GyroCurve& gyro = problem_.reference;
+    const GyroCurve& gyro = *gyro_;
+    if (!gyro.covers(t0, t1)) return out;
+    const Vec3 bias_left = x.bias - removed_;
     const Mat3 to_sensor = x.R_reference_sensor.transpose();
     const Quat seen = gyro.between(t0, t1);
     const double length = t1 - t0;
     // The bias turns the prediction by −Jr(φ)·Δt·b; exact for a constant rate, and the bias is small.
     const Mat3 by_bias = right_jacobian(log_so3(seen)) * length;
-    const Quat unbiased = seen * exp_so3(-by_bias * x.bias);
+    const Quat unbiased = seen * exp_so3(-by_bias * bias_left);
     const Mat3 back = unbiased.toRotationMatrix().transpose();
-    const Vec3 w0 = gyro.rate(t0) - x.bias, w1 = gyro.rate(t1) - x.bias;
+    const Vec3 w0 = gyro.rate(t0) - bias_left, w1 = gyro.rate(t1) - bias_left;
     const Vec3 turned = to_sensor * log_so3(unbiased);
     const Quat predicted = exp_so3(turned + x.gain * turned);
 
@@ -207,6 +223,9 @@ class Model {
 
   const Problem& problem_;
   LikelihoodOptions options_;
+  const GyroCurve* gyro_;
+  std::optional<GyroCurve> unbiased_;
+  Vec3 removed_ = Vec3::Zero();
   double gyro_density_;
   TwoViewOptions two_view_;
   double relative_variance_ = 0;
@@ -513,16 +532,18 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
   constexpr int most = 80;
   for (fit.iterations = 0; fit.iterations < most; ++fit.iterations) {
     // The readout joins once the offset has settled: far from it it would chase its error.
-    held.readout = options.readout && (fit.iterations >= 4 || readout_start_s != 0);
+    held.readout = options.readout && (fit.iterations >= 5 || readout_start_s != 0);
+    if (options.bearings && (fit.iterations == 2 || fit.iterations == 4)) model.remove_bias(x.bias);
     all = linearise_all(items, model, x, stride);
-    if (fit.iterations >= 1 && fit.iterations < 4) {
+    // What is expected of the recording is measured once the bias and the rotation are about right, then kept.
+    if (fit.iterations >= 3 && fit.iterations < 6) {
       if (options.bearings) expect_parallax(all, model);
       relative = relative_variance(all, residual_scale(all), relative);
       model.expect_relative_error(relative);
       all = linearise_all(items, model, x, stride);
     }
     scale = residual_scale(all);
-    if (fit.iterations >= 3) errors = measure_correlation(all, scale);
+    if (fit.iterations >= 5) errors = measure_correlation(all, scale);
     n = accumulate(all, errors, scale);
     if (n.rows < 30) return fit;
     const double s2 = n.squares / std::max(1.0, n.rows - double{unknowns});
@@ -534,7 +555,7 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
     const double sigma = std::sqrt(std::max(0.0, covariance(offset, offset)));
     // Medians and robust weights move a little with every step, so the last hundredths of a sigma may never rest.
     const bool settled = dx.dot(n.h * dx) < 0.2 * s2 && std::abs(dx[offset]) < 0.05 * sigma;
-    if (!settled || fit.iterations < 5) continue;
+    if (!settled || fit.iterations < 8) continue;
     if (stride == 1) {
       fit.converged = true;
       break;

@@ -15,11 +15,13 @@ namespace {
 
 using Complex = std::complex<double>;
 constexpr double pi = std::numbers::pi;
+/// Share of a window that both sides must have measured.
+constexpr double least_valid = 0.8;
 
 /// The two rates on the sensor's grid, in the sensor's frame, the reference moved by the coarse offset.
 struct Pair {
-  Vec3 sensor, reference;
-  bool valid;
+  Vec3 sensor = Vec3::Zero(), reference = Vec3::Zero();
+  bool valid = false;
 };
 std::vector<Pair> paired(const Problem& p, const Coarse& start, double cell_s) {
   const RateGrid sensor = sensor_grid(p, cell_s);
@@ -53,21 +55,24 @@ PhaseFit fit_phase(const Problem& problem, const Coarse& start) {
   const std::size_t bins = length / 2 + 1;
   std::vector<Complex> cross(bins);
   std::vector<double> power_s(bins), power_r(bins);
-  double segments = 0;
+  double segments = 0, missing = 0;
   for (std::size_t first = 0; first + length <= pairs.size(); first += length / 2) {
-    const bool whole =
-        std::all_of(pairs.begin() + static_cast<std::ptrdiff_t>(first),
-                    pairs.begin() + static_cast<std::ptrdiff_t>(first + length), [](const Pair& p) { return p.valid; });
-    if (!whole) continue;
+    const auto valid = static_cast<double>(std::count_if(pairs.begin() + static_cast<std::ptrdiff_t>(first),
+                                                         pairs.begin() + static_cast<std::ptrdiff_t>(first + length),
+                                                         [](const Pair& p) { return p.valid; }));
+    // Cells where either side is missing count as no motion of either: the phase stays what it is.
+    if (valid < least_valid * static_cast<double>(length)) continue;
     segments += 1;
+    missing += 1 - valid / static_cast<double>(length);
     for (int axis = 0; axis < 3; ++axis) {
       std::vector<double> s(length), r(length);
       double mean_s = 0, mean_r = 0;
       for (std::size_t i = 0; i < length; ++i) {
-        mean_s += pairs[first + i].sensor[axis] / static_cast<double>(length);
-        mean_r += pairs[first + i].reference[axis] / static_cast<double>(length);
+        mean_s += pairs[first + i].sensor[axis] / valid;
+        mean_r += pairs[first + i].reference[axis] / valid;
       }
       for (std::size_t i = 0; i < length; ++i) {
+        if (!pairs[first + i].valid) continue;
         const double hann = 0.5 - 0.5 * std::cos(2 * pi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
         s[i] = hann * (pairs[first + i].sensor[axis] - mean_s);
         r[i] = hann * (pairs[first + i].reference[axis] - mean_r);
@@ -82,9 +87,9 @@ PhaseFit fit_phase(const Problem& problem, const Coarse& start) {
   }
   if (segments < 2) return fit;
 
-  // Half-overlapped Hann segments count for about 0.55 independent ones each; the three axes rarely carry more than
-  // two.
-  const double averages = 0.55 * segments * 2;
+  // Half-overlapped Hann segments count for about 0.55 independent ones each; the three axes of a
+  // hand's motion carry little more than one.
+  const double averages = 0.55 * segments * 1.5;
   double weight_sum = 0, slope_sum = 0;
   // The residual offset is small, so the phase 2πf·x stays within ±π where the coherence is worth anything.
   for (std::size_t k = 1; k + 1 < bins; ++k) {
@@ -105,8 +110,9 @@ PhaseFit fit_phase(const Problem& problem, const Coarse& start) {
   }
   if (weight_sum <= 0) return fit;
   const double residual = slope_sum / weight_sum;
-  // A Hann window spreads a line over about 1.5 bins: neighbouring phases are not independent.
-  const double sigma = std::sqrt(1.5 / weight_sum);
+  // A Hann window spreads a line over 1.5 bins and a half to either side: neighbouring phases are not independent.
+  // A hole spreads all lines further still.
+  const double sigma = std::sqrt(2.5 / weight_sum) * (1 + 20 * missing / segments);
   if (std::abs(residual) > 3 * start.lobe_s + 1e-3) return fit;
   fit.answered = true;
   fit.offset_s = start.offset_s + residual;
