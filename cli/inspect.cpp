@@ -98,7 +98,7 @@ struct Line {
 }  // namespace
 
 void add_inspect(CLI::App& app, Common& common, Action& action) {
-  CLI::App& verb = *app.add_subcommand("inspect", "says what a recording holds: streams, rates, gaps, jitter, units");
+  CLI::App& verb = *app.add_subcommand("inspect", "say what a recording holds: streams, rates, gaps, jitter, units");
   const auto line = std::make_shared<Line>();
   verb.add_option("IN", line->path, "recording: a folder or file of any known format")->required();
   add_open_options(verb, line->open);

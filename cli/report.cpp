@@ -12,7 +12,7 @@ namespace takt::cli {
 
 /// takt report RESULT... -o FILE.html
 void add_report(CLI::App& app, Common& common, Action& action) {
-  CLI::App* verb = app.add_subcommand("report", "Write results as an HTML page; several are compared");
+  CLI::App* verb = app.add_subcommand("report", "write results as an HTML page; several are compared");
   add_common(*verb, common);
   const auto files = std::make_shared<std::vector<std::string>>();
   verb->add_option("RESULT", *files, "results, JSON or YAML")->required();

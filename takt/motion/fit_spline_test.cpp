@@ -5,7 +5,7 @@
 
 #include <Eigen/LU>
 #include <Eigen/QR>
-#include <chrono>
+#include <ctime>
 #include <random>
 
 namespace takt {
@@ -124,10 +124,10 @@ TEST(FitSpline, IsLinearInTheSamples) {
     Eigen::RowVectorXd values(count);
     for (int i = 0; i < count; ++i) values[i] = 0.2 * std::cos(4.2 * times[i]);
     const auto knots = UniformKnots<6>::covering(times.back(), 0.01);
-    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t start = std::clock();  // processor time: a busy machine does not count
     const auto fit = fit_spline<1, 6>(times, values, knots);
     EXPECT_LT(fit.rms, 1e-9);
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   };
   EXPECT_LT(seconds(20000), 1.0);
 }

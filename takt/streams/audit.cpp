@@ -126,8 +126,10 @@ StreamAudit audit(const ImuStream& imu) {
 StreamAudit audit(const CameraStream& camera) {
   StreamAudit a = about(camera, "camera");
   const auto [shortest, longest] = std::minmax_element(camera.exposures_s.begin(), camera.exposures_s.end());
-  if (shortest != camera.exposures_s.end())
-    a.words.push_back(fmt::format("exposures from {:.3g} to {:.3g} ms", *shortest * 1e3, *longest * 1e3));
+  if (shortest != camera.exposures_s.end()) {
+    const std::string from = fmt::format("{:.3g}", *shortest * 1e3), to = fmt::format("{:.3g}", *longest * 1e3);
+    a.words.push_back(from == to ? "exposures of " + to + " ms" : "exposures from " + from + " to " + to + " ms");
+  }
   if (a.stamps.rate_hz && longest != camera.exposures_s.end() && *longest * *a.stamps.rate_hz > 1)
     a.words.push_back("some exposures are longer than the time between frames");
   return a;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <functional>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,8 +17,8 @@ struct AlignJob {
   std::vector<std::string> inputs;  ///< one recording with both streams, or two: the sensor's and the reference's
   std::string sensor, reference;    ///< stream names; empty: chosen by kind
   OpenOptions open;
-  std::string intrinsics;           ///< camera file (ASL sensor.yaml or Kalibr camchain) that overrides the recording's
-  double assumed_fov_rad = 1.2217;  ///< horizontal field of view where nothing else is known (70°)
+  std::string intrinsics;  ///< camera file (ASL sensor.yaml or Kalibr camchain) that overrides the recording's
+  double assumed_fov_rad = 70 * std::numbers::pi / 180;  ///< horizontal field of view where nothing else is known
   AlignmentOptions alignment;
   std::function<void(std::size_t done, std::size_t total)> progress;
 };
