@@ -16,24 +16,31 @@ namespace {
 using Complex = std::complex<double>;
 constexpr double pi = std::numbers::pi;
 
-/// The two rates on the sensor's grid, in the sensor's frame, the reference moved by the coarse offset.
+/// The share of a segment that may be missing.
+constexpr double missing_at_most = 0.1;
+
+/// Both rates on one even grid, in the sensor's frame, the reference moved by the coarse offset.
 struct Pair {
   Vec3 sensor, reference;
   bool valid;
 };
+
+/// The reference is taken over the sensor's own steps, and both are put on the grid in the same way.
 std::vector<Pair> paired(const Problem& p, const Coarse& start, double cell_s) {
-  const RateGrid sensor = sensor_grid(p, cell_s);
   const Mat3 to_sensor = start.R_reference_sensor.transpose();
-  std::vector<Pair> out(sensor.rate.size());
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const double t = sensor.centre_s(i);
-    const double at = t + start.offset_s + start.drift * (t - start.centre_s);
-    const double half = 0.5 * cell_s;
-    out[i].valid = sensor.valid[i] > 0 && p.reference.covers(at - half, at + half);
-    if (!out[i].valid) continue;
-    out[i].sensor = sensor.rate[i];
-    out[i].reference = to_sensor * (log_so3(p.reference.between(at - half, at + half)) / cell_s);
+  const auto moved = [&](double t) { return t + start.offset_s + start.drift * (t - start.centre_s); };
+  std::vector<Step> sensor, reference;
+  for (const Step& s : p.steps) {
+    const double t0 = moved(s.t0), t1 = moved(s.t1);
+    if (!p.reference.covers(t0, t1)) continue;
+    sensor.push_back(s);
+    reference.push_back(s);
+    reference.back().apparent = to_sensor * log_so3(p.reference.between(t0, t1));
   }
+  const double begin = p.steps.front().t0, end = p.steps.back().t1;
+  const RateGrid a = spread_grid(sensor, begin, end, cell_s), b = spread_grid(reference, begin, end, cell_s);
+  std::vector<Pair> out(a.rate.size());
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = {a.rate[i], b.rate[i], a.valid[i] > 0};
   return out;
 }
 
@@ -55,19 +62,21 @@ PhaseFit fit_phase(const Problem& problem, const Coarse& start) {
   std::vector<double> power_s(bins), power_r(bins);
   double segments = 0;
   for (std::size_t first = 0; first + length <= pairs.size(); first += length / 2) {
-    const bool whole =
-        std::all_of(pairs.begin() + static_cast<std::ptrdiff_t>(first),
-                    pairs.begin() + static_cast<std::ptrdiff_t>(first + length), [](const Pair& p) { return p.valid; });
-    if (!whole) continue;
+    double valid = 0;
+    for (std::size_t i = 0; i < length; ++i) valid += pairs[first + i].valid ? 1 : 0;
+    if (valid < (1 - missing_at_most) * static_cast<double>(length)) continue;
     segments += 1;
     for (int axis = 0; axis < 3; ++axis) {
       std::vector<double> s(length), r(length);
       double mean_s = 0, mean_r = 0;
       for (std::size_t i = 0; i < length; ++i) {
-        mean_s += pairs[first + i].sensor[axis] / static_cast<double>(length);
-        mean_r += pairs[first + i].reference[axis] / static_cast<double>(length);
+        if (!pairs[first + i].valid) continue;
+        mean_s += pairs[first + i].sensor[axis] / valid;
+        mean_r += pairs[first + i].reference[axis] / valid;
       }
+      // What is missing is missing from both, so it costs coherence and no phase.
       for (std::size_t i = 0; i < length; ++i) {
+        if (!pairs[first + i].valid) continue;
         const double hann = 0.5 - 0.5 * std::cos(2 * pi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
         s[i] = hann * (pairs[first + i].sensor[axis] - mean_s);
         r[i] = hann * (pairs[first + i].reference[axis] - mean_r);
