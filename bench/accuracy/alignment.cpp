@@ -138,13 +138,15 @@ std::string z_words(const Moments& z) {
 void print_row(const Scenario& scenario, const std::vector<Run>& runs, Moments& all, int& beyond) {
   int answered = 0, trusted = 0;
   Moments error, sigma, z, drift, line;
+  int drifting = 0;
   double worst = 0;
   for (const Run& r : runs) {
     if (!r.found.answered()) continue;
     ++answered;
     const double this_z = r.error_s / *r.found.sigma_s;
     error.add(r.error_s), sigma.add(*r.found.sigma_s), z.add(this_z);
-    if (r.drift_z) drift.add(*r.drift_z);
+    if (r.drift_z && scenario.drift != 0) drift.add(*r.drift_z);
+    drifting += scenario.drift == 0 && r.found.drift.value_or(0) != 0;
     if (r.line_delay_z) line.add(*r.line_delay_z);
     if (r.found.verdict != Verdict::trusted) continue;
     ++trusted;
@@ -154,14 +156,16 @@ void print_row(const Scenario& scenario, const std::vector<Run>& runs, Moments& 
   }
   fmt::print("| {} | {:.0f} | {} | {} | {} | {:.1f} | {:.1f} | {:+.2f} | {:.2f} | {:.1f} | {} | {} |\n", scenario.name,
              scenario.duration_s, runs.size(), answered, trusted, 1e6 * error.rms(), 1e6 * sigma.rms(), z.mean(),
-             z.deviation(), worst, z_words(drift), z_words(line));
+             z.deviation(), worst, scenario.drift != 0 ? z_words(drift) : fmt::format("{} claimed", drifting),
+             z_words(line));
   std::fflush(stdout);
 }
 
 void print_answerable(const Arguments& a) {
   fmt::print(
       "| scenario | s | runs | answered | trusted | rms error µs | rms σ µs | mean of error/σ | its deviation | worst "
-      "trusted | drift: mean, deviation | line delay: mean, deviation |\n"
+      "trusted | drift: mean, deviation of error/σ, or how many were claimed where there is none | line delay: mean, "
+      "deviation of error/σ |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   Moments all;
   int beyond = 0;

@@ -15,27 +15,32 @@ namespace {
 
 using Complex = std::complex<double>;
 constexpr double pi = std::numbers::pi;
-/// Share of a window that both sides must have measured.
-constexpr double least_valid = 0.8;
 
-/// The two rates on the sensor's grid, in the sensor's frame, the reference moved by the coarse offset.
+/// The share of a segment that may be missing.
+constexpr double missing_at_most = 0.1;
+
+/// Both rates on one even grid, in the sensor's frame, the reference moved by the coarse offset.
 struct Pair {
-  Vec3 sensor = Vec3::Zero(), reference = Vec3::Zero();
-  bool valid = false;
+  Vec3 sensor, reference;
+  bool valid;
 };
+
+/// The reference is taken over the sensor's own steps, and both are put on the grid in the same way.
 std::vector<Pair> paired(const Problem& p, const Coarse& start, double cell_s) {
-  const RateGrid sensor = sensor_grid(p, cell_s);
   const Mat3 to_sensor = start.R_reference_sensor.transpose();
-  std::vector<Pair> out(sensor.rate.size());
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const double t = sensor.centre_s(i);
-    const double at = t + start.offset_s + start.drift * (t - start.centre_s);
-    const double half = 0.5 * cell_s;
-    out[i].valid = sensor.valid[i] > 0 && p.reference.covers(at - half, at + half);
-    if (!out[i].valid) continue;
-    out[i].sensor = sensor.rate[i];
-    out[i].reference = to_sensor * (log_so3(p.reference.between(at - half, at + half)) / cell_s);
+  const auto moved = [&](double t) { return t + start.offset_s + start.drift * (t - start.centre_s); };
+  std::vector<Step> sensor, reference;
+  for (const Step& s : p.steps) {
+    const double t0 = moved(s.t0), t1 = moved(s.t1);
+    if (!p.reference.covers(t0, t1)) continue;
+    sensor.push_back(s);
+    reference.push_back(s);
+    reference.back().apparent = to_sensor * log_so3(p.reference.between(t0, t1));
   }
+  const double begin = p.steps.front().t0, end = p.steps.back().t1;
+  const RateGrid a = spread_grid(sensor, begin, end, cell_s), b = spread_grid(reference, begin, end, cell_s);
+  std::vector<Pair> out(a.rate.size());
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = {a.rate[i], b.rate[i], a.valid[i] > 0};
   return out;
 }
 
@@ -55,22 +60,21 @@ PhaseFit fit_phase(const Problem& problem, const Coarse& start) {
   const std::size_t bins = length / 2 + 1;
   std::vector<Complex> cross(bins);
   std::vector<double> power_s(bins), power_r(bins);
-  double segments = 0, missing = 0;
+  double segments = 0;
   for (std::size_t first = 0; first + length <= pairs.size(); first += length / 2) {
-    const auto valid = static_cast<double>(std::count_if(pairs.begin() + static_cast<std::ptrdiff_t>(first),
-                                                         pairs.begin() + static_cast<std::ptrdiff_t>(first + length),
-                                                         [](const Pair& p) { return p.valid; }));
-    // Cells where either side is missing count as no motion of either: the phase stays what it is.
-    if (valid < least_valid * static_cast<double>(length)) continue;
+    double valid = 0;
+    for (std::size_t i = 0; i < length; ++i) valid += pairs[first + i].valid ? 1 : 0;
+    if (valid < (1 - missing_at_most) * static_cast<double>(length)) continue;
     segments += 1;
-    missing += 1 - valid / static_cast<double>(length);
     for (int axis = 0; axis < 3; ++axis) {
       std::vector<double> s(length), r(length);
       double mean_s = 0, mean_r = 0;
       for (std::size_t i = 0; i < length; ++i) {
+        if (!pairs[first + i].valid) continue;
         mean_s += pairs[first + i].sensor[axis] / valid;
         mean_r += pairs[first + i].reference[axis] / valid;
       }
+      // What is missing is missing from both, so it costs coherence and no phase.
       for (std::size_t i = 0; i < length; ++i) {
         if (!pairs[first + i].valid) continue;
         const double hann = 0.5 - 0.5 * std::cos(2 * pi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
@@ -87,9 +91,9 @@ PhaseFit fit_phase(const Problem& problem, const Coarse& start) {
   }
   if (segments < 2) return fit;
 
-  // Half-overlapped Hann segments count for about 0.55 independent ones each; the three axes of a
-  // hand's motion carry little more than one.
-  const double averages = 0.55 * segments * 1.5;
+  // Half-overlapped Hann segments count for about 0.55 independent ones each; the three axes rarely carry more than
+  // two.
+  const double averages = 0.55 * segments * 2;
   double weight_sum = 0, slope_sum = 0;
   // The residual offset is small, so the phase 2πf·x stays within ±π where the coherence is worth anything.
   for (std::size_t k = 1; k + 1 < bins; ++k) {
@@ -110,9 +114,8 @@ PhaseFit fit_phase(const Problem& problem, const Coarse& start) {
   }
   if (weight_sum <= 0) return fit;
   const double residual = slope_sum / weight_sum;
-  // A Hann window spreads a line over 1.5 bins and a half to either side: neighbouring phases are not independent.
-  // A hole spreads all lines further still.
-  const double sigma = std::sqrt(2.5 / weight_sum) * (1 + 20 * missing / segments);
+  // A Hann window spreads a line over about 1.5 bins: neighbouring phases are not independent.
+  const double sigma = std::sqrt(1.5 / weight_sum);
   if (std::abs(residual) > 3 * start.lobe_s + 1e-3) return fit;
   fit.answered = true;
   fit.offset_s = start.offset_s + residual;

@@ -14,25 +14,29 @@ RateGrid step_grid(const Problem& problem, double cell_s) {
   const auto cells = static_cast<std::size_t>(std::ceil((problem.steps.back().t1 - grid.begin_s) / cell_s));
   grid.rate.assign(cells, Vec3::Zero());
   grid.valid.assign(cells, 0.0);
+  double off_centre = 0;
   for (const Step& s : problem.steps) {
     const double middle = 0.5 * (s.t0 + s.t1) - grid.begin_s;
     const std::size_t i = std::min(cells - 1, static_cast<std::size_t>(middle / cell_s));
     grid.rate[i] += s.apparent / (s.t1 - s.t0);
     grid.valid[i] += 1;
+    off_centre += (middle - (static_cast<double>(i) + 0.5) * cell_s) / static_cast<double>(problem.steps.size());
   }
+  // The first step's middle is a chance among uneven steps: the cells stand where the steps are in the mean.
+  grid.begin_s += off_centre;
   for (std::size_t i = 0; i < cells; ++i)
     if (grid.valid[i] > 0) grid.rate[i] /= grid.valid[i], grid.valid[i] = 1;
   return grid;
 }
 
-RateGrid sensor_grid(const Problem& problem, double cell_s) {
+RateGrid spread_grid(const std::vector<Step>& steps, double begin_s, double end_s, double cell_s) {
   RateGrid grid;
   grid.cell_s = cell_s;
-  grid.begin_s = problem.steps.front().t0;
-  const auto cells = static_cast<std::size_t>(std::floor((problem.steps.back().t1 - grid.begin_s) / cell_s));
+  grid.begin_s = begin_s;
+  const auto cells = static_cast<std::size_t>(std::floor((end_s - begin_s) / cell_s));
   grid.rate.assign(cells, Vec3::Zero());
   std::vector<double> covered(cells, 0.0);
-  for (const Step& s : problem.steps) {
+  for (const Step& s : steps) {
     const Vec3 rate = s.apparent / (s.t1 - s.t0);
     auto i = static_cast<std::size_t>(std::max(0.0, std::floor((s.t0 - grid.begin_s) / cell_s)));
     for (; i < cells; ++i) {

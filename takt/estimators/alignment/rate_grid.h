@@ -19,8 +19,9 @@ struct RateGrid {
 /// Each of the sensor's steps as one value, in the cell where its middle lies; all other cells are invalid. With cells
 /// finer than the steps nothing of a fast motion is blurred.
 [[nodiscard]] RateGrid step_grid(const Problem& problem, double cell_s);
-/// The sensor's increments spread evenly over their lengths.
-[[nodiscard]] RateGrid sensor_grid(const Problem& problem, double cell_s);
+/// Increments spread evenly over their lengths, on cells from `begin_s` to `end_s`. Two signals over the same steps are
+/// smoothed alike, so what the spreading does to a phase cancels between them.
+[[nodiscard]] RateGrid spread_grid(const std::vector<Step>& steps, double begin_s, double end_s, double cell_s);
 /// The gyro averaged over `window_s` around each cell's centre, to match the length of the sensor's steps.
 [[nodiscard]] RateGrid reference_grid(const Problem& problem, double cell_s, double window_s);
 
