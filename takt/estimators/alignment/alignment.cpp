@@ -115,7 +115,9 @@ LikelihoodFit fit_fine(const Problem& p, const Coarse& start, const AlignmentOpt
   LikelihoodOptions wanted;
   wanted.bearings = bearings;
   wanted.log_focal = start.log_focal;
-  wanted.readout = bearings && (options.line_delay || timing.shutter != Shutter::global);
+  // A readout that the recording knows is used as it is.
+  const bool readout_known = timing.shutter == Shutter::global || timing.readout_s > 0;
+  wanted.readout = bearings && (options.line_delay || !readout_known);
   LikelihoodFit fit = maximise_likelihood(p, start, wanted, timing.readout_s);
   const bool free_readout = wanted.readout && !options.line_delay && timing.shutter == Shutter::unknown;
   const bool no_readout =

@@ -88,14 +88,13 @@ Grids make_grids(const Problem& p) {
 /// Local maxima of the evidence, best first, none within a lobe of a better one.
 std::vector<std::ptrdiff_t> candidates(const VectorCorrelation& c, const EvidenceScale& evidence, std::ptrdiff_t lobe) {
   std::vector<std::size_t> tops;
-  std::vector<double> score(c.r.size());
-  for (std::size_t i = 0; i < c.r.size(); ++i) score[i] = evidence(c.pairs[i], c.r[i]);
-  for (std::size_t i = 0; i < score.size(); ++i)
-    if (score[i] > 0 && (i == 0 || score[i] >= score[i - 1]) && (i + 1 == score.size() || score[i] > score[i + 1]))
+  const auto score = [&](std::size_t i) { return evidence(c.pairs[i], c.r[i]); };
+  for (std::size_t i = 0; i < c.r.size(); ++i)
+    if (c.r[i] > 0 && (i == 0 || c.r[i] >= c.r[i - 1]) && (i + 1 == c.r.size() || c.r[i] > c.r[i + 1]))
       tops.push_back(i);
   const std::size_t keep = std::min<std::size_t>(tops.size(), 400);
   std::partial_sort(tops.begin(), tops.begin() + static_cast<std::ptrdiff_t>(keep), tops.end(),
-                    [&](std::size_t x, std::size_t y) { return score[x] > score[y]; });
+                    [&](std::size_t x, std::size_t y) { return score(x) > score(y); });
   tops.resize(keep);
   std::vector<std::ptrdiff_t> out;
   for (const std::size_t i : tops) {

@@ -395,8 +395,8 @@ Arma11 measure_correlation(const std::vector<Linear>& all, double scale) {
     const Vec3 u = l.root * l.rows.col(unknowns) / scale;
     const double w = std::sqrt(weight_of(u.norm() / std::sqrt(3.0)));
     for (int k = 0; k < 3; ++k) current[static_cast<std::size_t>(k)].push_back(w * u[k]);
-    // Some ten thousand steps fix two parameters to a percent.
-    if (++kept > 12000) break;
+    // Some thousand steps fix two parameters to a few percent.
+    if (++kept > 3000) break;
   }
   flush();
   return fit_arma11(stretches);
@@ -465,36 +465,54 @@ WindowOffset window_offset(const std::vector<Rows>& whitened, const std::vector<
   return h > 0 ? WindowOffset{t, g / h, std::sqrt(s2 / h)} : WindowOffset{t, 0, 0};
 }
 
+/// A whitened residual and when it was.
+struct Timed {
+  double t;
+  Rows rows;
+};
+
 /// What whitening has left of correlation widens the offset's covariance: Σ over lags of the scores' autocovariance.
-double score_inflation(const std::vector<Rows>& whitened, const Normal& covariance_shape) {
+/// Scores are taken in order of time: interleaved chains look at the same scene over overlapping intervals, so what is
+/// wrong with it (depths, moving things) is common to `overlap` of them.
+double score_inflation(std::vector<Timed> whitened, const Normal& covariance_shape, double overlap) {
+  std::stable_sort(whitened.begin(), whitened.end(), [](const Timed& a, const Timed& b) { return a.t < b.t; });
   // The offset's own score once the other unknowns are fitted.
   const State direction = covariance_shape.row(offset).transpose() / covariance_shape(offset, offset);
   std::vector<double> score;
-  for (const Rows& r : whitened) score.push_back((r.leftCols<unknowns>() * direction).dot(r.col(unknowns)));
+  for (const Timed& w : whitened) score.push_back((w.rows.leftCols<unknowns>() * direction).dot(w.rows.col(unknowns)));
   double power = 0;
   for (const double s : score) power += s * s;
   if (power <= 0 || score.size() < 40) return 1;
-  const auto lags = static_cast<std::size_t>(std::min(12.0, 1.5 * std::cbrt(static_cast<double>(score.size()))));
+  const double n = static_cast<double>(score.size());
+  const auto lags =
+      static_cast<std::size_t>(std::min(n / 5, std::max(2.5 * overlap, std::min(12.0, 1.5 * std::cbrt(n)))));
   double sum = power;
   for (std::size_t lag = 1; lag <= lags; ++lag) {
     double c = 0;
     for (std::size_t i = lag; i < score.size(); ++i) c += score[i] * score[i - lag];
     sum += 2 * (1 - static_cast<double>(lag) / static_cast<double>(lags + 1)) * c;
   }
-  // The ratio itself scatters by some √(4·lags/3n); less than that is no evidence.
+  // The ratio itself scatters by some √(4·lags/3n); within that it is no evidence.
   const double ratio = sum / power;
-  const double scatter = std::sqrt(4.0 * static_cast<double>(lags) / (3.0 * static_cast<double>(score.size())));
-  return ratio > 1 + 2 * scatter ? std::sqrt(ratio) : 1;
+  const double scatter = std::sqrt(4.0 * static_cast<double>(lags) / (3.0 * n));
+  return ratio > 1 + scatter ? std::sqrt(ratio) : 1;
 }
 
-double largest_autocorrelation(const std::vector<Rows>& whitened) {
+/// How many items run at the same time.
+double overlap_of(const std::vector<Item>& items) {
+  double first = items.front().t0, last = items.front().t1, length = 0;
+  for (const Item& i : items) first = std::min(first, i.t0), last = std::max(last, i.t1), length += i.t1 - i.t0;
+  return last > first ? std::max(1.0, length / (last - first)) : 1;
+}
+
+double largest_autocorrelation(const std::vector<Timed>& whitened) {
   double worst = 0, power = 0;
-  for (const Rows& r : whitened) power += r.col(unknowns).squaredNorm();
+  for (const Timed& w : whitened) power += w.rows.col(unknowns).squaredNorm();
   if (power <= 0) return 0;
   for (std::size_t lag = 1; lag <= 8 && lag < whitened.size(); ++lag) {
     double c = 0;
     for (std::size_t i = lag; i < whitened.size(); ++i)
-      c += whitened[i].col(unknowns).dot(whitened[i - lag].col(unknowns));
+      c += whitened[i].rows.col(unknowns).dot(whitened[i - lag].rows.col(unknowns));
     worst = std::max(worst, std::abs(c / power) * std::sqrt(3 * static_cast<double>(whitened.size())));
   }
   return worst;
@@ -554,7 +572,9 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
     const Normal covariance = n.h.inverse() * s2;
     const double sigma = std::sqrt(std::max(0.0, covariance(offset, offset)));
     // Medians and robust weights move a little with every step, so the last hundredths of a sigma may never rest.
-    const bool settled = dx.dot(n.h * dx) < 0.2 * s2 && std::abs(dx[offset]) < 0.05 * sigma;
+    // The rotation about an axis that the motion does not show may wander for ever: in the end the offset alone counts.
+    const bool all_rest = dx.dot(n.h * dx) < 0.2 * s2 || fit.iterations > 24;
+    const bool settled = all_rest && std::abs(dx[offset]) < 0.05 * sigma;
     if (!settled || fit.iterations < 8) continue;
     if (stride == 1) {
       fit.converged = true;
@@ -571,13 +591,13 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
   add_priors(n, options, x, s2);
   const Normal shape = n.h.inverse();
   std::vector<Rows> whitened(all.size(), Rows::Zero());
-  std::vector<Rows> dense;
+  std::vector<Timed> dense;
   for_each_whitened(all, errors, scale, [&](std::size_t i, const Linear&, double, const Rows& rows) {
     whitened[i] = rows;
-    dense.push_back(rows);
+    dense.push_back({0.5 * (items[i].t0 + items[i].t1), rows});
   });
-  fit.inflation = score_inflation(dense, shape);
   fit.whiteness = largest_autocorrelation(dense);
+  fit.inflation = score_inflation(std::move(dense), shape, overlap_of(items));
   const Normal covariance = s2 * fit.inflation * fit.inflation * shape;
 
   judge(all, scale, fit);
