@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/math/long_run_variance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace takt {
+
+double long_run_variance(std::span<const double> x, int max_order) {
+  const std::size_t n = x.size();
+  if (n < 10) throw std::invalid_argument("long_run_variance: " + std::to_string(n) + " samples, 10 needed");
+  const std::size_t orders = std::min(static_cast<std::size_t>(std::max(max_order, 0)), n / 10);
+  double mean = 0;
+  for (const double v : x) mean += v / static_cast<double>(n);
+  std::vector<double> covariance(orders + 1, 0);
+  for (std::size_t lag = 0; lag <= orders; ++lag) {
+    for (std::size_t i = lag; i < n; ++i) covariance[lag] += (x[i] - mean) * (x[i - lag] - mean);
+    covariance[lag] /= static_cast<double>(n);
+  }
+  if (!(covariance[0] > 0)) return 0;
+
+  // Levinson–Durbin: x_i = Σ a_k·x_{i−k} + e_i, order by order; the density at zero is var(e) / (1 − Σ a_k)².
+  std::vector<double> a;
+  double error = covariance[0], best = error;
+  double least = static_cast<double>(n) * std::log(error);
+  for (std::size_t p = 1; p <= orders; ++p) {
+    double reflection = covariance[p];
+    for (std::size_t k = 1; k < p; ++k) reflection -= a[k - 1] * covariance[p - k];
+    reflection /= error;
+    const std::vector<double> before = a;
+    for (std::size_t k = 1; k < p; ++k) a[k - 1] -= reflection * before[p - k - 1];
+    a.push_back(reflection);
+    error *= 1 - reflection * reflection;
+    if (!(error > 0)) break;
+    const double akaike = static_cast<double>(n) * std::log(error) + 2 * static_cast<double>(p);
+    if (akaike >= least) continue;
+    least = akaike;
+    double sum = 0;
+    for (const double c : a) sum += c;
+    best = error / ((1 - sum) * (1 - sum));
+  }
+  return best;
+}
+
+}  // namespace takt
