@@ -45,6 +45,21 @@ TEST(LongRunVariance, WhiteNoiseIsItsSampleVariance) {
   EXPECT_NEAR(long_run_variance(x) / squares, 1, 0.1);
 }
 
+TEST(LongRunVariance, GivesBackWhatASmoothFitTook) {
+  // Means over blocks of 25 stand for the fit: it takes one degree of freedom of every 25.
+  for (const double pole : {0.0, 0.59}) {
+    auto x = filtered(pole, 1, 60000, 7);
+    for (std::size_t i = 0; i < x.size(); i += 25) {
+      double mean = 0;
+      for (std::size_t k = i; k < i + 25; ++k) mean += x[k] / 25;
+      for (std::size_t k = i; k < i + 25; ++k) x[k] -= mean;
+    }
+    const double taken = long_run_variance(x, 3), whole = long_run_variance(x, 3, 60000 / 25);
+    EXPECT_LT(taken, 0.85) << pole;
+    EXPECT_NEAR(whole, 1, 0.12) << pole;
+  }
+}
+
 TEST(LongRunVariance, ConstantAndShortSeries) {
   EXPECT_NEAR(long_run_variance(std::vector<double>(50, 2.5)), 0, 1e-20);
   EXPECT_THROW(static_cast<void>(long_run_variance(std::vector<double>(5, 1.0))), std::invalid_argument);

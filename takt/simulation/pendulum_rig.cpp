@@ -181,9 +181,10 @@ PendulumRig pendulum_rig(const std::string& name) {
     rig.camera.rest_reading_rad = 0.01;
   } else if (name == "paper") {
     // Friction and transport as the fall of Tables 1–3 of [Fu2021] suggests: docs/methods/pendulum.md.
-    rig.pendulum = {.viscous_per_s = 0.0010, .coulomb_rad_s2 = 0.0038};
+    rig.pendulum = {.viscous_per_s = 0.003, .coulomb_rad_s2 = 0.0038};
     rig.start_angle_rad = 17 * pi / 180;
-    rig.duration_s = 300;
+    rig.duration_s = 280;
+    rig.imus[0].transport_s = 0.60e-3;
   } else {
     throw std::invalid_argument("pendulum_rig: there is no rig \"" + name + "\"");
   }

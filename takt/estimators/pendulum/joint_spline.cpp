@@ -64,8 +64,9 @@ void estimate_noise(const SplineData& data, SplineModel& model) {
   const double left = std::max(1.0, static_cast<double>(angle.size()) - used.angles);
   model.noise.angle_rad = std::max(std::sqrt(squares / left), 1e-10);
   const auto rate = model.rate_residuals(data);
-  const double n = static_cast<double>(rate.size());
-  const double variance = long_run_variance(rate) * n / std::max(1.0, n - used.rates);
+  // Lags of up to 20 ms: longer than any low-pass in a gyro that is fit for this, shorter than the knots' interval.
+  const int lags = std::clamp(static_cast<int>(0.02 / model.rate_interval_s()), 2, 12);
+  const double variance = long_run_variance(rate, lags, used.rates);
   model.noise.rate_rad_s = std::max(std::sqrt(variance), 1e-9);
 }
 

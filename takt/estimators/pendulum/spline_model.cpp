@@ -30,6 +30,7 @@ double rms_of_sixth_differences(const std::vector<RateBin>& bins) {
 SplineModel::SplineModel(const SplineTask& task, double knot_interval_s, double frame_interval_s,
                          double rate_interval_s)
     : task_(task),
+      rate_interval_s_(rate_interval_s),
       bin_s_(std::max(std::min({task.period_s / 75, knot_interval_s / 4, 2 * frame_interval_s}), rate_interval_s)),
       origin_s_(task.from_s - margin_s),
       knots_(UniformKnots<order>::covering(task.to_s - task.from_s + 2 * margin_s, knot_interval_s)),

@@ -67,6 +67,7 @@ class SplineModel {
   [[nodiscard]] std::vector<double> rate_residuals(const SplineData& data) const;
   [[nodiscard]] std::vector<double> binned_rate_residuals() const;
   [[nodiscard]] const std::vector<RateBin>& bins() const { return bins_; }
+  [[nodiscard]] double rate_interval_s() const { return rate_interval_s_; }
   /// A delay of its own for each stretch between `cuts_s`, all else shared: one linear step from the solution.
   [[nodiscard]] std::optional<Stretches> stretch_delays(const std::vector<double>& cuts_s) const;
 
@@ -96,6 +97,7 @@ class SplineModel {
   [[nodiscard]] DryFriction find_reversals() const;
 
   SplineTask task_;
+  double rate_interval_s_;
   double bin_s_;
   double origin_s_;
   UniformKnots<order> knots_;
