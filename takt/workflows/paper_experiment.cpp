@@ -150,7 +150,8 @@ Line line_of(const std::array<double, 4>& delay) {
 
 std::string figure_10(const FilterTables& t) {
   std::string out =
-      "## Figure 10: delay against output interval\n\n| filter ms | slope, paper | residual, paper (ms) | slope, "
+      "## Figure 10: delay against output interval\n\n| filter ms | slope, paper's table 4 | residual, paper's table 4 "
+      "(ms) | slope, "
       "spline | "
       "residual, spline (ms) | slope, truth |\n|---|---|---|---|---|---|\n";
   for (std::size_t f = 0; f < 3; ++f) {
