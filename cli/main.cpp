@@ -16,7 +16,9 @@ namespace takt::cli {
 const std::vector<AddVerb> all_verbs{
     add_inspect,
     add_align,
+    add_pendulum,
     add_simulate,
+    add_experiment,
     add_report,
 };
 
