@@ -140,6 +140,10 @@ Estimate truth_of(const PendulumRig& rig, const GyroModel& gyro) {
 
 }  // namespace
 
+double wobble_angle(const BobWobble& wobble, double t) {
+  return wobble_at(wobble, t).angle;
+}
+
 double temperature_delay_s(double celsius) {
   const auto curve = [](double c) {
     const double below = std::max(0.0, 40 - c) / 16, above = std::max(0.0, c - 40) / 6;

@@ -65,6 +65,9 @@ struct BobWobble {
   double dial_share = 0.3;
 };
 
+/// The bob's own angle at a time after the release (rad).
+[[nodiscard]] double wobble_angle(const BobWobble& wobble, double t);
+
 struct PendulumRig {
   std::string name = "ordinary";
   PendulumModel pendulum{.coulomb_rad_s2 = 0.01};
