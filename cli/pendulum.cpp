@@ -8,6 +8,7 @@
 
 #include "cli/open_options.h"
 #include "cli/output.h"
+#include "cli/progress.h"
 #include "takt/workflows/provenance.h"
 #include "takt/workflows/report.h"
 
@@ -35,6 +36,11 @@ Estimate together(std::vector<Estimate> found) {
 Estimate calibrate_one(const std::string& input, const Line& line, const Common& common) {
   PendulumJob job = line.job;
   job.input = input;
+  job.threads = common.threads;
+  ProgressBar bar(common, "pictures");
+  job.progress = [&bar](std::size_t done, std::size_t total) {
+    bar(static_cast<double>(done) / static_cast<double>(total));
+  };
   PendulumOutcome out = calibrate_pendulum(job);
   if (!common.quiet)
     for (const std::string& note : out.notes) fmt::print(stderr, "{}\n", note);
@@ -76,7 +82,8 @@ int pendulum(const Line& line, const Common& common) {
 void add_pendulum(CLI::App& app, Common& common, Action& action) {
   CLI::App& verb = *app.add_subcommand("pendulum", "output delay of an IMU on a pendulum in front of a dial");
   const auto line = std::make_shared<Line>();
-  verb.add_option("IN", line->inputs, "recordings with angles and IMU; several are compared as repeats");
+  verb.add_option("IN", line->inputs,
+                  "recordings of a dial (pictures or angles) and IMU; several are compared as repeats");
   verb.add_option("--angle", line->job.angle_file, "log of the dial's angle: t,angle");
   verb.add_option("--imu", line->job.imu_file, "log of the gyro: t,wx,wy,wz");
   verb.add_option("--sensor", line->job.sensor, "name of the angle's stream");
@@ -88,7 +95,10 @@ void add_pendulum(CLI::App& app, Common& common, Action& action) {
       ->delimiter(',')
       ->expected(2)
       ->default_str("15,9");
-  verb.add_option("--rig", line->job.rig_file, "rig file: exposure_s, stamp");
+  verb.add_option("--rig", line->job.rig_file, "rig file: exposure, stamp, dial; else the recording's rig.yaml");
+  verb.add_option("--dial-method", line->job.dial_method, "how pictures are read; coded, or keyframes on a plain dial")
+      ->check(CLI::IsMember({"coded", "keyframes", "neighbours"}));
+  verb.add_flag("--line-delay", line->job.pendulum.estimate_line_delay, "find the rolling shutter's line delay");
   verb.add_flag("--trigger", line->job.pendulum.stamps_are_triggers,
                 "the IMU is triggered: tell the result as the trigger's lead too");
   add_open_options(verb, line->job.open);

@@ -37,6 +37,9 @@ PendulumRig to_rig(const PendulumParameters& p) {
   rig.camera.stamp = instant_of(p.stamp);
   if (p.angle_noise_deg) rig.camera.angle_noise_rad = *p.angle_noise_deg * deg;
   if (p.rest_reading_deg) rig.camera.rest_reading_rad = *p.rest_reading_deg * deg;
+  if (!(p.rolling_shutter_s >= 0)) throw std::invalid_argument("rolling_shutter_s cannot be negative");
+  rig.camera.line_delay_s = p.rolling_shutter_s / rig.camera.rows;
+  rig.wobble.amplitude_rad = p.wobble_deg * deg;
   if (p.imus < 1) throw std::invalid_argument("imus must be at least 1");
   GyroModel gyro = rig.imus.front();
   gyro.output_rate_hz = p.output_rate_hz.value_or(gyro.output_rate_hz);
@@ -48,6 +51,23 @@ PendulumRig to_rig(const PendulumParameters& p) {
   rig.imus.assign(static_cast<std::size_t>(p.imus), gyro);
   for (std::size_t i = 0; i < rig.imus.size(); ++i) rig.imus[i].name = "imu" + std::to_string(i);
   return rig;
+}
+
+DialScene to_scene(const PendulumParameters& p) {
+  if (p.dial != "coded" && p.dial != "plain")
+    throw std::invalid_argument("dial: \"" + p.dial + "\" is neither coded nor plain");
+  DialScene scene = dial_scene(p.dial == "coded" ? DialKind::coded : DialKind::plain);
+  if (!(p.camera_distance_m >= 0 && p.camera_distance_m < p.dial_radius_m))
+    throw std::invalid_argument("camera_distance_m must be less than dial_radius_m: the camera looks outward");
+  scene.dial.radius_m = scene.view.radius_m = p.dial_radius_m;
+  scene.view.pivot_distance_m = p.camera_distance_m;
+  scene.view.roll_rad = p.roll_deg * deg;
+  scene.view.yaw_rad = p.yaw_deg * deg;
+  scene.view.pitch_rad = p.pitch_deg * deg;
+  scene.noise = {p.read_noise, p.shot_noise};
+  scene.vignetting = p.vignetting;
+  check(scene.dial);
+  return scene;
 }
 
 }  // namespace takt

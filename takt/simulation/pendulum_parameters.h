@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "takt/simulation/dial_renderer.h"
 #include "takt/simulation/parameters.h"
 #include "takt/simulation/pendulum_rig.h"
 
@@ -16,6 +17,12 @@ struct PendulumParameters {
   std::optional<double> frame_rate_hz, exposure_s, angle_noise_deg, rest_reading_deg;
   std::string stamp = "middle";
   int imus = 1;
+  bool angles = false;
+  std::string dial = "coded";
+  double dial_radius_m = Dial{}.radius_m, camera_distance_m = DialView{}.pivot_distance_m;
+  double roll_deg = 0, yaw_deg = 0, pitch_deg = 0;
+  double rolling_shutter_s = 0, wobble_deg = 0;
+  double read_noise = ImageNoise{}.read, shot_noise = ImageNoise{}.shot, vignetting = DialScene{}.vignetting;
   std::optional<double> output_rate_hz, filter_delay_s, transport_s, temperature_c, gyro_noise_rad_s, gyro_range_rad_s;
 };
 
@@ -33,6 +40,18 @@ void describe(PendulumParameters& p, Visitor& v) {
   v("stamp", p.stamp, "start, middle or end of the exposure");
   v("angle_noise_deg", p.angle_noise_deg, "noise of one angle");
   v("rest_reading_deg", p.rest_reading_deg, "what the dial shows at rest");
+  v("angles", p.angles, "write the dial's angles instead of pictures of it");
+  v("dial", p.dial, "coded, or plain: graduations alone");
+  v("dial_radius_m", p.dial_radius_m, "pivot to dial");
+  v("camera_distance_m", p.camera_distance_m, "pivot to camera");
+  v("roll_deg", p.roll_deg, "camera turned about its axis");
+  v("yaw_deg", p.yaw_deg, "camera turned about the pivot's direction");
+  v("pitch_deg", p.pitch_deg, "camera turned upward");
+  v("rolling_shutter_s", p.rolling_shutter_s, "readout from the first row to the last; 0: global shutter");
+  v("wobble_deg", p.wobble_deg, "the bob turning on its rod after the release");
+  v("read_noise", p.read_noise, "sigma of a dark pixel in grey levels");
+  v("shot_noise", p.shot_noise, "variance added for each grey level");
+  v("vignetting", p.vignetting, "how much darker the corners are");
   v("imus", p.imus, "how many IMUs the bob carries");
   v("output_rate_hz", p.output_rate_hz, "1000, 500, 250 or 200");
   v("filter_delay_s", p.filter_delay_s, "group delay of the gyro's low-pass");
@@ -44,5 +63,7 @@ void describe(PendulumParameters& p, Visitor& v) {
 
 /// Throws std::invalid_argument naming what no rig can have.
 [[nodiscard]] PendulumRig to_rig(const PendulumParameters& p);
+/// The dial and the camera before it; throws std::invalid_argument too.
+[[nodiscard]] DialScene to_scene(const PendulumParameters& p);
 
 }  // namespace takt

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 
 #include "takt/error.h"
 #include "takt/recording/files.h"
 #include "takt/recording/open_recording.h"
 #include "takt/recording/yaml_fields.h"
+#include "takt/workflows/dial_rig.h"
 
 namespace fs = std::filesystem;
 
@@ -22,6 +24,7 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
 /// Streams of the job's files, and what was read.
 struct Streams {
   std::vector<AngleStream> angles;
+  std::vector<CameraStream> cameras;
   std::vector<ImuStream> imus;
 };
 
@@ -30,6 +33,7 @@ void read_into(Streams& s, const std::string& path, const PendulumJob& job, Pend
   append(out.notes, r.notes);
   append(out.files, r.files);
   std::move(r.angles.begin(), r.angles.end(), std::back_inserter(s.angles));
+  std::move(r.cameras.begin(), r.cameras.end(), std::back_inserter(s.cameras));
   std::move(r.imus.begin(), r.imus.end(), std::back_inserter(s.imus));
 }
 
@@ -44,8 +48,9 @@ Streams read_streams(const PendulumJob& job, PendulumOutcome& out) {
     if (s.angles.empty() && fs::exists(beside)) read_into(s, beside, job, out);
   }
   const std::string where = job.input.empty() ? job.angle_file : job.input;
-  if (s.angles.empty())
-    throw Error("there is no angle in it", where, "give the dial's angles with --angle FILE (t_ns,angle_rad)");
+  if (s.angles.empty() && s.cameras.empty())
+    throw Error("there is neither a camera nor an angle in it", where,
+                "give the dial's angles with --angle FILE (t_ns,angle_rad)");
   if (s.imus.empty())
     throw Error("there is no gyro in it", job.input.empty() ? job.imu_file : job.input, "give one with --imu FILE");
   return s;
@@ -61,18 +66,20 @@ void keep_named(std::vector<Stream>& streams, const std::string& name, const std
 }
 
 /// What the stamps of the dial's frames mean.
-void apply_rig_file(AngleStream& dial, const std::string& path) {
-  const YamlFields rig(read_file(path), path);
-  if (const auto exposure = rig.number("exposure_s")) dial.timing.exposure_s = *exposure;
-  if (const auto rows = rig.number("rows")) dial.timing.rows = static_cast<int>(*rows);
-  if (const auto readout = rig.number("readout_s")) dial.timing.readout_s = *readout;
-  const std::string stamp = rig.text("stamp").value_or("middle");
-  if (stamp == "start")
-    dial.timing.instant = ExposureInstant::start;
-  else if (stamp == "end")
-    dial.timing.instant = ExposureInstant::end;
-  else if (stamp != "middle")
-    rig.fail("stamp", "is \"" + stamp + "\", none of start, middle, end");
+void apply_rig_file(FrameTiming& timing, const YamlFields& rig) {
+  if (const auto exposure = rig.number("exposure_s")) timing.exposure_s = *exposure;
+  if (const auto rows = rig.number("rows")) timing.rows = static_cast<int>(*rows);
+  if (const auto readout = rig.number("readout_s")) timing.readout_s = *readout;
+  const auto stamp = rig.text("stamp");
+  if (!stamp) return;
+  if (*stamp == "start")
+    timing.instant = ExposureInstant::start;
+  else if (*stamp == "middle")
+    timing.instant = ExposureInstant::middle;
+  else if (*stamp == "end")
+    timing.instant = ExposureInstant::end;
+  else
+    rig.fail("stamp", "is \"" + *stamp + "\", none of start, middle, end");
 }
 
 /// The estimator that was asked for takes the place of the default; all stay listed.
@@ -86,6 +93,42 @@ Estimate chosen(Estimate e, const std::string& estimator) {
   return one;
 }
 
+std::optional<YamlFields> read_rig_file(const PendulumJob& job, PendulumOutcome& out) {
+  std::string file = job.rig_file;
+  if (file.empty() && !job.input.empty()) file = (fs::path(job.input) / "rig.yaml").string();
+  if (job.rig_file.empty() && !fs::exists(file)) return std::nullopt;
+  out.files.push_back(file);
+  return YamlFields(read_file(file), file);
+}
+
+/// The dial's angles: as they were logged, or read from pictures.
+AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, const PendulumJob& job,
+                    PendulumOutcome& out) {
+  if (!streams.angles.empty()) {
+    keep_named(streams.angles, job.sensor, job.input);
+    AngleStream dial = std::move(streams.angles.front());
+    if (rig) apply_rig_file(dial.timing, *rig);
+    return dial;
+  }
+  keep_named(streams.cameras, job.sensor, job.input);
+  CameraStream& camera = streams.cameras.front();
+  if (!rig)
+    throw Error("there is no rig.yaml that says what its pictures show", job.input,
+                "write dial, dial_radius_m and camera_distance_m into one (docs/methods/pendulum.md)");
+  apply_rig_file(camera.timing, *rig);
+  const DialRig seen = dial_rig(*rig, camera, job.dial_method);
+  DialOptions options = seen.options;
+  options.threads = job.threads;
+  if (job.pendulum.estimate_line_delay) options.bands = 4;
+  options.progress = job.progress;
+  DialAngles read = dial_angles(camera, seen.dial, seen.view, options);
+  for (const std::string& note : read.notes) out.notes.push_back(camera.name + ": " + note);
+  if (read.angles.size() == 0)
+    throw Error("none of its pictures shows the dial", job.input,
+                "check dial_radius_m, camera_distance_m and roll_deg");
+  return std::move(read.angles);
+}
+
 }  // namespace
 
 PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
@@ -94,17 +137,15 @@ PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
     throw std::invalid_argument("there is no estimator \"" + job.estimator + "\"; there are spline, damped, extrema");
   PendulumOutcome out;
   Streams streams = read_streams(job, out);
-  keep_named(streams.angles, job.sensor, job.input);
   keep_named(streams.imus, job.reference, job.input);
-  AngleStream& dial = streams.angles.front();
-  std::string rig_file = job.rig_file;
-  if (rig_file.empty() && !job.input.empty()) rig_file = (fs::path(job.input) / "rig.yaml").string();
-  if (!job.rig_file.empty() || fs::exists(rig_file)) {
-    apply_rig_file(dial, rig_file);
-    out.files.push_back(rig_file);
-  }
+  const std::optional<YamlFields> rig = read_rig_file(job, out);
+  const AngleStream dial = dial_of(streams, rig, job, out);
+  PendulumOptions options = job.pendulum;
+  // Readings of a frame from several rows are there to find what lies between the rows.
+  if (dial.timing.shutter == Shutter::rolling && dial.timing.readout_s == 0 && !dial.rows.empty())
+    options.estimate_line_delay = true;
   for (const ImuStream& imu : streams.imus)
-    out.estimates.push_back(chosen(calibrate_pendulum(dial, imu, job.pendulum), job.estimator));
+    out.estimates.push_back(chosen(calibrate_pendulum(dial, imu, options), job.estimator));
   return out;
 }
 

@@ -8,6 +8,7 @@
 
 #include "takt/simulation/folder_writer.h"
 #include "takt/simulation/handheld_parameters.h"
+#include "takt/simulation/pendulum_film.h"
 #include "takt/simulation/pendulum_parameters.h"
 
 namespace takt {
@@ -59,10 +60,21 @@ std::string rig_yaml(const PendulumRig& rig, const PendulumParameters& p) {
                      9.80665 / (rig.pendulum.natural_rad_s * rig.pendulum.natural_rad_s));
 }
 
-/// Angles and rates, no pictures: `angle.csv`, `rig.yaml`, the IMUs as an ASL folder.
+/// And what its pictures show.
+std::string dial_yaml(const DialScene& scene, const PendulumParameters& p) {
+  const Dial& d = scene.dial;
+  return fmt::format(
+      "dial: {}\ndial_radius_m: {}\ndial_height_m: {}\ngraduation_deg: {}\nline_deg: {}\ncell_deg: {}\n"
+      "camera_distance_m: {}\nroll_deg: {}\nyaw_deg: {}\npitch_deg: {}\nrest_reading_deg: {}\n",
+      p.dial, d.radius_m, d.height_m, d.graduation_deg, d.line_deg, d.cell_deg, scene.view.pivot_distance_m, p.roll_deg,
+      p.yaw_deg, p.pitch_deg, scene.rest_deg + p.rest_reading_deg.value_or(0));
+}
+
+/// Pictures of the dial, or its angles in `angle.csv`; `rig.yaml`; the IMUs. Cameras and IMUs as an ASL folder.
 Estimate write_pendulum(const SimulationRequest& request) {
   const auto p = parameters_for<PendulumParameters>(request, "rig");
   const PendulumRig rig = to_rig(p);
+  const DialScene scene = to_scene(p);
   PendulumRecording made = simulate_pendulum(rig, request.seed);
   Estimate truth = made.truth.front();
   truth.provenance.command = request.command;
@@ -72,9 +84,10 @@ Estimate write_pendulum(const SimulationRequest& request) {
   NewFolder folder(request.folder);
   Recording recording;
   recording.imus = std::move(made.imus);
+  if (!p.angles) recording.cameras.push_back(film_pendulum(rig, scene, request.seed, request.threads).camera);
   write_asl(recording, folder, request.threads, request.progress);
-  folder.write("angle.csv", angle_csv(made.dial));
-  folder.write("rig.yaml", rig_yaml(rig, p));
+  if (p.angles) folder.write("angle.csv", angle_csv(made.dial));
+  folder.write("rig.yaml", rig_yaml(rig, p) + (p.angles ? "" : dial_yaml(scene, p)));
   folder.write("truth.json", truth_json(truth, "pendulum", parameters(p)));
   folder.finish();
   return truth;
@@ -83,7 +96,7 @@ Estimate write_pendulum(const SimulationRequest& request) {
 const std::array<SimulationKind, 2> kinds{{
     {"handheld", "a camera and an IMU in a hand or on a vehicle, in a textured room",
      [] { return parameters(HandheldParameters{}); }, write_handheld},
-    {"pendulum", "a dial's angles and one or more IMUs on a pendulum's bob",
+    {"pendulum", "a camera before a dial and one or more IMUs on a pendulum's bob",
      [] { return parameters(PendulumParameters{}); }, write_pendulum},
 }};
 
