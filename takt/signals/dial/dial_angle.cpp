@@ -119,6 +119,37 @@ void split_into_bands(Work& w, const Readings& whole, int bands) {
       register_again(w, w.bands[b], w.print, {.band = static_cast<int>(b)});
 }
 
+/// Bands see one dial: what is constant between them is mounting (a roll of a few minutes of arc), what goes with the
+/// speed is the shutter's. The constant goes.
+void align_bands(Work& w) {
+  const std::size_t n = w.film.index.size();
+  std::vector<std::optional<double>> mean(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    double sum = 0;
+    bool all = true;
+    for (const Readings& band : w.bands) {
+      all = all && band[i].has_value();
+      if (all) sum += band[i]->reading_rad;
+    }
+    if (all) mean[i] = sum / static_cast<double>(w.bands.size());
+  }
+  for (Readings& band : w.bands) {
+    double count = 0, x = 0, y = 0, xx = 0, xy = 0;
+    for (std::size_t i = 1; i + 1 < n; ++i) {
+      if (!mean[i - 1] || !mean[i] || !mean[i + 1]) continue;
+      const double speed =
+          (*mean[i + 1] - *mean[i - 1]) / static_cast<double>(w.film.index[i + 1] - w.film.index[i - 1]);
+      const double away = band[i]->reading_rad - *mean[i];
+      ++count, x += speed, y += away, xx += speed * speed, xy += speed * away;
+    }
+    const double spread = count * xx - x * x;
+    if (count < 10 || !(spread > 0)) continue;
+    const double constant = (y * xx - x * xy) / spread;
+    for (auto& r : band)
+      if (r) r->reading_rad -= constant;
+  }
+}
+
 /// Frames that are there but say nothing.
 struct Faults {
   std::size_t repeated = 0, glaring = 0, faint = 0, strange = 0;
@@ -162,12 +193,12 @@ Faults leave_out(Work& w) {
             (band[i] && (1 - band[i]->correlation > 4 * usual_mismatch + 0.1 || band[i]->sigma_rad > 5 * usual_sigma));
     }
     if (!repeated && !lost && !odd) continue;
-    if (repeated)
-      ++faults.repeated;
-    else if (p.saturated_share > 0.02)
+    if (p.saturated_share > 0.02)
       ++faults.glaring;
     else if (contrasts[i] < 0.6 * usual_contrast)
       ++faults.faint;
+    else if (repeated)
+      ++faults.repeated;
     else
       ++faults.strange;
     for (Readings& band : w.bands) band[i].reset();
@@ -261,6 +292,7 @@ DialAngles dial_angles(const CameraStream& camera, const Dial& dial, const DialV
   split_into_bands(w, whole, bands);
   Faults faults = leave_out(w);
   if (options.method != DialMethod::neighbours && reach_of(w.bands.front()) > 40 * w.pixel_rad) refine_by_mosaic(w);
+  if (bands > 1) align_bands(w);
 
   DialAngles out = handed_over(w, camera, bands > 1 || camera.timing.shutter != Shutter::global);
   const std::size_t broken = camera.size() - w.film.index.size();

@@ -15,10 +15,10 @@ namespace {
 
 constexpr double deg = std::numbers::pi / 180;
 
-/// Four seconds of a swinging rig: more than two swings, so that every part of the dial is passed in both directions.
+/// Three seconds of a swinging rig: two swings, so that every part of the dial is passed in both directions.
 PendulumRig short_rig() {
   PendulumRig rig = pendulum_rig("ordinary");
-  rig.duration_s = 4;
+  rig.duration_s = 3;
   return rig;
 }
 
@@ -67,7 +67,9 @@ TEST_P(DialAngleViews, ReadToAFiftiethOfAPixel) {
   EXPECT_EQ(read.left_out, 0u);
   const Errors e = errors_of(read, film);
   EXPECT_LT(e.rms_px, 0.02);
-  EXPECT_LT(std::abs(e.mean_px), 0.02) << "the dial is absolute";
+  // The dial is absolute; but where the radius through a turned camera is seen, only the focal length says.
+  const double displaced = v.focal_error * told.camera.fx * std::tan(std::abs(v.yaw_deg) * deg);
+  EXPECT_LT(std::abs(e.mean_px), 0.02 + displaced);
   EXPECT_NEAR(read.scale, 1 + v.focal_error, 1e-3);
 }
 
@@ -147,7 +149,7 @@ TEST(DialAngle, BadFramesAreLeftOutAndSaid) {
   EXPECT_LT(errors_of(read, film).rms_px, 0.02);
   ASSERT_EQ(read.notes.size(), 1u);
   EXPECT_EQ(read.notes[0],
-            "4 of 200 frames were left out: 1 repeat the picture before them, 1 are overexposed, 2 are "
+            "4 of 150 frames were left out: 1 repeat the picture before them, 1 are overexposed, 2 are "
             "blurred or too dark");
 }
 
