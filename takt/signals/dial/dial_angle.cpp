@@ -177,20 +177,25 @@ float contrast(const Profile& p) {
 /// Takes away readings that stand out from the rest, and says why.
 Faults leave_out(Work& w) {
   Faults faults;
-  std::vector<double> mismatch, contrasts, sigmas;
+  std::vector<double> contrasts, usual_mismatch, usual_sigma;
   const std::size_t n = w.film.profiles.size();
   for (std::size_t i = 0; i < n; ++i) contrasts.push_back(contrast(w.film.profiles[i]));
-  for (const auto& r : w.bands.front())
-    if (r) mismatch.push_back(1 - r->correlation), sigmas.push_back(r->sigma_rad);
-  const double usual_contrast = median(contrasts), usual_mismatch = median(mismatch), usual_sigma = median(sigmas);
+  const double usual_contrast = median(contrasts);
+  for (const Readings& band : w.bands) {  // one may see less of the dial than another
+    std::vector<double> mismatch, sigmas;
+    for (const auto& r : band)
+      if (r) mismatch.push_back(1 - r->correlation), sigmas.push_back(r->sigma_rad);
+    usual_mismatch.push_back(median(mismatch));
+    usual_sigma.push_back(median(sigmas));
+  }
   for (std::size_t i = 0; i < n; ++i) {
     const Profile& p = w.film.profiles[i];
     const bool repeated = i > 0 && p.grey == w.film.profiles[i - 1].grey;
     bool lost = false, odd = false;
-    for (const Readings& band : w.bands) {
-      lost = lost || !band[i];
-      odd = odd ||
-            (band[i] && (1 - band[i]->correlation > 4 * usual_mismatch + 0.1 || band[i]->sigma_rad > 5 * usual_sigma));
+    for (std::size_t b = 0; b < w.bands.size(); ++b) {
+      const auto& r = w.bands[b][i];
+      lost = lost || !r;
+      odd = odd || (r && (1 - r->correlation > 4 * usual_mismatch[b] + 0.1 || r->sigma_rad > 5 * usual_sigma[b]));
     }
     if (!repeated && !lost && !odd) continue;
     if (p.saturated_share > 0.02)
