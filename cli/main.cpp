@@ -16,7 +16,10 @@ namespace takt::cli {
 const std::vector<AddVerb> all_verbs{
     add_inspect,
     add_align,
+    add_pendulum,
+    add_dial,
     add_simulate,
+    add_experiment,
     add_report,
 };
 

@@ -2,11 +2,9 @@
 #include "takt/simulation/renderer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "takt/simulation/parallel.h"
-#include "takt/simulation/random.h"
 
 namespace takt {
 
@@ -15,37 +13,11 @@ namespace {
 constexpr int rows_a_strip = 16;
 constexpr int most_instants = 16;
 
-/// Standard normal values at the middles of 4096 equally likely intervals: noise by table is as fast as memory.
-const std::array<float, 4096>& normal_quantiles() {
-  static const std::array<float, 4096> table = [] {
-    std::array<float, 4096> out{};
-    double x = -5;
-    for (std::size_t i = 0; i < out.size(); ++i) {
-      const double p = (static_cast<double>(i) + 0.5) / static_cast<double>(out.size());
-      for (int round = 0; round < 50; ++round) {  // Newton from the quantile before
-        const double error = 0.5 * std::erfc(-x / std::numbers::sqrt2) - p;
-        const double step = error / (std::exp(-0.5 * x * x) / std::sqrt(2 * std::numbers::pi));
-        x -= std::clamp(step, -0.5, 0.5);
-        if (std::abs(step) < 1e-12) break;
-      }
-      out[i] = static_cast<float>(x);
-    }
-    return out;
-  }();
-  return table;
-}
-
 }  // namespace
 
 Renderer::Renderer(std::shared_ptr<const Trajectory> truth, const SimulatedCamera& camera,
                    std::shared_ptr<const Room> room, ImageNoise noise, std::uint64_t seed)
-    : truth_(std::move(truth)),
-      camera_(camera),
-      model_(camera.model()),
-      room_(std::move(room)),
-      seed_(Random(seed, "image noise").bits()) {
-  for (int grey = 0; grey < 256; ++grey)
-    sigma_.push_back(static_cast<float>(std::sqrt(noise.read * noise.read + noise.shot * grey)));
+    : truth_(std::move(truth)), camera_(camera), model_(camera.model()), room_(std::move(room)), noise_(noise, seed) {
   bearings_.reserve(static_cast<std::size_t>(model_.width) * static_cast<std::size_t>(model_.height));
   for (int y = 0; y < model_.height; ++y)
     for (int x = 0; x < model_.width; ++x) {
@@ -84,8 +56,8 @@ GrayImage Renderer::render(std::size_t index, const Exposure& e, int threads) co
       for (int i = 0; i < n; ++i)
         add_row(y, line_delay == 0 ? global[static_cast<std::size_t>(i)] : pose_at(instant(i) + y * line_delay),
                 sum.data());
-      finish_row(y, index, sum.data(), 1.0f / static_cast<float>(n),
-                 pixels->data() + static_cast<std::size_t>(y) * width);
+      noise_.finish_row(index, y, sum.data(), 1.0f / static_cast<float>(n), model_.width,
+                        pixels->data() + static_cast<std::size_t>(y) * width);
     }
   });
 
@@ -117,19 +89,6 @@ void Renderer::add_row(int y, const Pose& pose, float* sum) const {
       sum[x] += wall.at((at_u + half[u]) * per_m, (at_v + half[v]) * per_m);
       break;
     }
-  }
-}
-
-void Renderer::finish_row(int y, std::size_t index, const float* sum, float weight, std::uint8_t* out) const {
-  const auto& normal = normal_quantiles();
-  const std::uint64_t row_seed = mix64(seed_ ^ mix64(index * 0x10001 + static_cast<std::uint64_t>(y) * 0x9e3779b1));
-  std::uint64_t bits = 0;
-  for (int x = 0; x < model_.width; ++x) {
-    if (x % 5 == 0) bits = mix64(row_seed + static_cast<std::uint64_t>(x));
-    const float grey = std::clamp(weight * sum[x], 0.0f, 255.0f);
-    const float noisy = grey + sigma_[static_cast<std::size_t>(grey)] * normal[bits & 4095];
-    bits >>= 12;
-    out[x] = static_cast<std::uint8_t>(std::clamp(noisy + 0.5f, 0.0f, 255.0f));
   }
 }
 

@@ -5,14 +5,9 @@
 
 #include "takt/simulation/camera.h"
 #include "takt/simulation/room.h"
+#include "takt/simulation/sensor_noise.h"
 
 namespace takt {
-
-/// Noise of the sensor in grey levels: variance = read² + shot·grey.
-struct ImageNoise {
-  double read = 1.0;
-  double shot = 0.02;
-};
 
 /// Pictures of a room from a moving camera: one ray a pixel and instant; the exposure is averaged over as many instants
 /// as the picture moves by pixels, and each row of a rolling shutter has its own pose.
@@ -34,14 +29,12 @@ class Renderer {
   [[nodiscard]] Pose pose_at(double t_s) const;
   [[nodiscard]] int instants(const Exposure& exposure) const;
   void add_row(int y, const Pose& pose, float* sum) const;
-  void finish_row(int y, std::size_t index, const float* sum, float weight, std::uint8_t* out) const;
 
   std::shared_ptr<const Trajectory> truth_;
   SimulatedCamera camera_;
   CameraModel model_;
   std::shared_ptr<const Room> room_;
-  std::uint64_t seed_;
-  std::vector<float> sigma_;               ///< noise by grey level
+  SensorNoise noise_;
   std::vector<Eigen::Vector3f> bearings_;  ///< one a pixel; zero where the lens sees nothing
 };
 

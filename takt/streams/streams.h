@@ -101,12 +101,15 @@ struct AttitudeStream {
   [[nodiscard]] std::size_t size() const { return stamps.size(); }
 };
 
-/// One angle about a fixed axis (rad): the pendulum's dial.
+/// One angle about a fixed axis (rad): the pendulum's dial. A frame may give several readings, each from its own rows.
 struct AngleStream {
   std::string name;
   std::string clock;
   std::vector<Stamp> stamps;
   std::vector<double> angle_rad;
+  std::vector<double> rows;         ///< empty, or the row each reading was taken at, counted from the reference row
+  std::vector<double> exposures_s;  ///< empty, or one a reading
+  FrameTiming timing;
 
   [[nodiscard]] std::size_t size() const { return stamps.size(); }
 };

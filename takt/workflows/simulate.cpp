@@ -1,30 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/workflows/simulate.h"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <filesystem>
 
 #include "takt/simulation/folder_writer.h"
 #include "takt/simulation/handheld_parameters.h"
+#include "takt/simulation/pendulum_film.h"
+#include "takt/simulation/pendulum_parameters.h"
 
 namespace takt {
 
 namespace {
 
 /// Defaults, then the scenario, then the request's own changes.
+/// `named`: the field that a scenario without a file stands for.
 template <class Parameters>
-Parameters parameters_for(const SimulationRequest& request) {
+Parameters parameters_for(const SimulationRequest& request, const std::string& named) {
   Parameters p;
   if (std::filesystem::is_regular_file(request.scenario))
     change(p, read_scenario(request.scenario));
   else if (!request.scenario.empty())
-    change(p, {{"motion", request.scenario}});
+    change(p, {{named, request.scenario}});
   change(p, request.changes);
   return p;
 }
 
 Estimate write_handheld(const SimulationRequest& request) {
-  const auto p = parameters_for<HandheldParameters>(request);
+  const auto p = parameters_for<HandheldParameters>(request, "motion");
   HandheldOptions options = to_options(p);
   options.seed = request.seed;
   options.threads = request.threads;
@@ -41,9 +46,58 @@ Estimate write_handheld(const SimulationRequest& request) {
   return made.truth;
 }
 
-const std::array<SimulationKind, 1> kinds{{
+std::string angle_csv(const AngleStream& dial) {
+  std::string csv = "t_ns,angle_rad\n";
+  for (std::size_t i = 0; i < dial.size(); ++i)
+    csv += fmt::format("{},{:.9f}\n", to_ns(dial.stamps[i]), dial.angle_rad[i]);
+  return csv;
+}
+
+/// What the dial's stamps mean, for `takt pendulum`.
+std::string rig_yaml(const PendulumRig& rig, const PendulumParameters& p) {
+  return fmt::format("# simulated by takt\nexposure_s: {}\nstamp: {}\nstart_angle_rad: {}\nlength_m: {:.6f}\n",
+                     rig.camera.exposure_s, p.stamp, rig.start_angle_rad,
+                     9.80665 / (rig.pendulum.natural_rad_s * rig.pendulum.natural_rad_s));
+}
+
+/// And what its pictures show.
+std::string dial_yaml(const DialScene& scene, const PendulumParameters& p) {
+  const Dial& d = scene.dial;
+  return fmt::format(
+      "dial: {}\ndial_radius_m: {}\ndial_height_m: {}\ngraduation_deg: {}\nline_deg: {}\ncell_deg: {}\n"
+      "camera_distance_m: {}\nroll_deg: {}\nyaw_deg: {}\npitch_deg: {}\nrest_reading_deg: {}\n",
+      p.dial, d.radius_m, d.height_m, d.graduation_deg, d.line_deg, d.cell_deg, scene.view.pivot_distance_m, p.roll_deg,
+      p.yaw_deg, p.pitch_deg, scene.rest_deg + p.rest_reading_deg.value_or(0));
+}
+
+/// Pictures of the dial, or its angles in `angle.csv`; `rig.yaml`; the IMUs. Cameras and IMUs as an ASL folder.
+Estimate write_pendulum(const SimulationRequest& request) {
+  const auto p = parameters_for<PendulumParameters>(request, "rig");
+  const PendulumRig rig = to_rig(p);
+  const DialScene scene = to_scene(p);
+  PendulumRecording made = simulate_pendulum(rig, request.seed);
+  Estimate truth = made.truth.front();
+  truth.provenance.command = request.command;
+  truth.provenance.seed = request.seed;
+  truth.estimates = made.truth;
+
+  NewFolder folder(request.folder);
+  Recording recording;
+  recording.imus = std::move(made.imus);
+  if (!p.angles) recording.cameras.push_back(film_pendulum(rig, scene, request.seed, request.threads).camera);
+  write_asl(recording, folder, request.threads, request.progress);
+  if (p.angles) folder.write("angle.csv", angle_csv(made.dial));
+  folder.write("rig.yaml", rig_yaml(rig, p) + (p.angles ? "" : dial_yaml(scene, p)));
+  folder.write("truth.json", truth_json(truth, "pendulum", parameters(p)));
+  folder.finish();
+  return truth;
+}
+
+const std::array<SimulationKind, 2> kinds{{
     {"handheld", "a camera and an IMU in a hand or on a vehicle, in a textured room",
      [] { return parameters(HandheldParameters{}); }, write_handheld},
+    {"pendulum", "a camera before a dial and one or more IMUs on a pendulum's bob",
+     [] { return parameters(PendulumParameters{}); }, write_pendulum},
 }};
 
 }  // namespace

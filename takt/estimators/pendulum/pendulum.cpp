@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/estimators/pendulum/pendulum.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "takt/estimators/pendulum/evidence.h"
+#include "takt/estimators/pendulum/joint_spline.h"
+#include "takt/estimators/pendulum/per_swing.h"
+
+namespace takt {
+namespace {
+
+using namespace pendulum;
+constexpr double deg = std::numbers::pi / 180;
+constexpr std::size_t fewest_swings = 4;
+
+/// The swings to be used, and what is to be said about the choice.
+struct Window {
+  std::vector<Swing> swings;
+  std::string note;
+};
+
+/// Why this is no swinging pendulum in the units that it claims, or empty.
+std::string refuse_motion(const Signals& s, const Swings& swings) {
+  if (!s.refusal.empty()) return s.refusal;
+  double low = 1e300, high = -1e300;
+  for (const double a : s.angle_rad) low = std::min(low, a), high = std::max(high, a);
+  const double reach = 0.5 * (high - low);
+  if (reach < 30 * s.angle_noise_rad)
+    return fmt::format("the pendulum is at rest: the angle varies by ±{:.4f}° with a noise of {:.4f}°", reach / deg,
+                       s.angle_noise_rad / deg);
+  if (reach > std::numbers::pi)
+    return fmt::format("the angle varies by ±{:.1f} rad: no pendulum swings so far; is the angle in degrees?", reach);
+  if (swings.all.size() < fewest_swings)
+    return fmt::format("too few swings: {} whole ones were found, {} are needed", swings.all.size(), fewest_swings);
+  if (swings.period_s < 0.1 || swings.period_s > 30)
+    return fmt::format("one swing lasts {:.3g} s: are the stamps in another unit?", swings.period_s);
+  if (swings.period_s < 6 * s.frame_interval_s)
+    return fmt::format("one swing lasts {:.3f} s, less than 6 frames of {:.3f} s", swings.period_s, s.frame_interval_s);
+  return "";
+}
+
+/// Why angle and rate do not belong together, or empty.
+std::string refuse_match(const Coarse& coarse) {
+  if (coarse.correlation < 0.7)
+    return fmt::format("the gyro does not follow the angle: their best correlation within a quarter period is {:.2f}",
+                       coarse.correlation);
+  const double scale = std::abs(coarse.scale);
+  if (std::abs(scale * deg - 1) < 0.1)
+    return fmt::format("the gyro reads {:.1f} times the angle's rate: its rates look like degrees per second", scale);
+  if (std::abs(scale / deg - 1) < 0.1)
+    return fmt::format("the gyro reads 1/{:.1f} of the angle's rate: the angles look like degrees", 1 / scale);
+  return "";
+}
+
+Window choose_window(const Swings& swings, const PendulumOptions& options) {
+  if (!swings.free)
+    return {swings.all, fmt::format("the bob does not swing freely ({}); all of its motion is used", swings.not_free)};
+  Window w{within(swings.all, options.window_from_deg * deg, options.window_to_deg * deg), ""};
+  if (w.swings.size() >= fewest_swings || options.window_is_required) return w;
+  w.note = fmt::format("{} swings lie between {:g}° and {:g}°, so all {} from {:.2f}° to {:.2f}° are used",
+                       w.swings.size(), options.window_from_deg, options.window_to_deg, swings.all.size(),
+                       swings.all.front().amplitude_rad / deg, swings.all.back().amplitude_rad / deg);
+  w.swings = swings.all;
+  return w;
+}
+
+SplineTask task_for(const Swings& swings, const Window& window, const Coarse& coarse, bool line_delay) {
+  SplineTask task;
+  task.from_s = window.swings.front().from_s;
+  task.to_s = window.swings.back().to_s;
+  task.period_s = swings.period_s;
+  task.rest_rad = swings.rest_rad;
+  task.amplitude_rad = swings.amplitude_rad;
+  task.coarse = coarse;
+  task.free_swing = swings.free;
+  task.line_delay = line_delay;
+  // A stretch a swing, or a few swings where a recording is long.
+  const std::size_t every = window.swings.size() / 200 + 1;
+  for (std::size_t i = every; i < window.swings.size(); i += every) task.cuts_s.push_back(window.swings[i].from_s);
+  return task;
+}
+
+Estimate from_spline(const SplineFit& fit, const Signals& signals, const PendulumOptions& options) {
+  if (!fit.failure.empty()) return Estimate::refusal("spline", fit.failure);
+  Estimate e;
+  e.method = "spline";
+  e.verdict = Verdict::trusted;
+  e.offset = from_seconds(fit.delay_s);
+  e.sigma_s = fit.delay_sigma_s;
+  e.epoch = signals.epoch + from_seconds(fit.epoch_s);
+  if (options.estimate_line_delay) {
+    e.line_delay_s = fit.line_delay_s;
+    e.line_delay_sigma_s = fit.line_delay_sigma_s;
+  }
+  e.extras = {{"gyro_scale", fit.scale, fit.scale_sigma},
+              {"gyro_bias_rad_s", fit.bias_rad_s, std::nullopt},
+              {"angle_noise_rad", fit.angle_sigma_rad, std::nullopt},
+              {"gyro_density_rad_s_sqrt_hz", fit.rate_density, std::nullopt},
+              {"dry_friction_rad_s2", fit.dry_friction_rad_s2, fit.dry_friction_sigma},
+              {"knot_interval_s", fit.knot_interval_s, std::nullopt},
+              {"angles_left_out", static_cast<double>(fit.dropped_angles), std::nullopt},
+              {"rates_left_out", static_cast<double>(fit.dropped_rates), std::nullopt},
+              {"drift_tested", fit.drift, fit.drift_sigma},
+              {"swing_scatter_over_noise", fit.scatter, std::nullopt}};
+  if (options.stamps_are_triggers) e.extras.push_back({"trigger_lead_s", -fit.delay_s, fit.delay_sigma_s});
+
+  // χ²/n of the swings' delays scatters by √(2/n); only what lies 4 of that above 1 is taken for real.
+  const double chance = fit.scatter_dof > 0 ? 4 * std::sqrt(2.0 / fit.scatter_dof) : 0;
+  const bool drifts = std::abs(fit.drift) > 5 * fit.drift_sigma && fit.drift_sigma > 0;
+  if (drifts) {
+    e.drift = fit.drift;
+    e.drift_sigma = fit.drift_sigma;
+    e.doubt(Verdict::weak, fmt::format("the delay drifts by {:.2f} ± {:.2f} ppm during the swings: the two streams do "
+                                       "not keep the same time",
+                                       fit.drift * 1e6, fit.drift_sigma * 1e6));
+  } else if (fit.scatter_dof > 0 && fit.scatter * fit.scatter > 1 + chance) {
+    *e.sigma_s *= fit.scatter;
+    const bool much = fit.scatter > 2;
+    e.doubt(much ? Verdict::weak : Verdict::trusted,
+            fmt::format("the delays of single swings scatter {:.1f} times more than the noise explains; the "
+                        "uncertainty was widened by that",
+                        fit.scatter));
+  }
+  return e;
+}
+
+void doubt_conditions(Estimate& e, const Signals& s, const Swings& swings, const Window& window, const Coarse& coarse) {
+  if (!e.answered()) return;
+  if (window.swings.size() < 8)
+    e.doubt(Verdict::weak, fmt::format("only {} swings were recorded", window.swings.size()));
+  if (std::abs(to_seconds(*e.offset)) > 0.22 * swings.period_s)
+    e.doubt(Verdict::weak,
+            fmt::format("an offset near a quarter of the period ({:.3f} s) cannot be told from one half a period away "
+                        "with the gyro mounted the other way round",
+                        swings.period_s / 4));
+  if (const double scale = std::abs(coarse.scale); scale < 0.8 || scale > 1.25)
+    e.doubt(Verdict::weak, fmt::format("the gyro reads {:.2f} times the angle's rate: check the dial's scale and the "
+                                       "units of both",
+                                       scale));
+  if (s.axis_share < 0.8)
+    e.doubt(Verdict::weak, fmt::format("only {:.0f} % of the rotation is about one axis", 100 * s.axis_share));
+  if (s.saturated > 0) {
+    const double share = static_cast<double>(s.saturated) / static_cast<double>(s.saturated + s.rate_time_s.size());
+    e.doubt(share > 0.5 ? Verdict::refused : Verdict::weak,
+            fmt::format("the gyro stands at its limit of {:.2f} rad/s; {:.0f} % of its readings were left out",
+                        s.saturation_rad_s, 100 * share));
+  }
+  for (const std::string& note : s.notes) e.doubt(Verdict::trusted, note);
+  if (!window.note.empty()) e.doubt(Verdict::trusted, window.note);
+}
+
+/// The two per-swing methods assume a bob that swings freely; a hand in it makes them wrong without a sign.
+void refuse_hand_moved(Estimate& e, const Swings& swings) {
+  if (!swings.free && e.answered()) e.doubt(Verdict::refused, "this method needs a free swing: " + swings.not_free);
+}
+
+void warn_of_neglected_phase(Estimate& extrema, double neglected_s) {
+  if (!extrema.answered()) return;
+  extrema.extras.push_back({"neglected_phase_s", neglected_s, std::nullopt});
+  if (std::abs(neglected_s) < *extrema.sigma_s) return;
+  extrema.doubt(Verdict::weak, fmt::format("leaves out the phase that friction adds: about {:.0f} µs too small here",
+                                           neglected_s * 1e6));
+}
+
+void name_streams(Estimate& e, const AngleStream& dial, const ImuStream& imu) {
+  e.sensor = dial.name;
+  e.reference = imu.name;
+  e.frame_instant = "middle";
+  e.frame_row = dial.timing.row == RowReference::first ? "first" : "middle";
+}
+
+void check_options(const PendulumOptions& options, const AngleStream& dial) {
+  if (!(options.window_from_deg > options.window_to_deg) || options.window_to_deg < 0)
+    throw std::invalid_argument(fmt::format("PendulumOptions: the window runs from {} to {} degrees; it must descend",
+                                            options.window_from_deg, options.window_to_deg));
+  if (options.estimate_line_delay && dial.rows.empty())
+    throw std::invalid_argument("PendulumOptions: a line delay needs readings from several rows (AngleStream::rows)");
+}
+
+}  // namespace
+
+Estimate calibrate_pendulum(const AngleStream& dial, const ImuStream& imu, const PendulumOptions& options) {
+  check_options(options, dial);
+  const auto refused = [&](const std::string& reason) {
+    Estimate e = Estimate::refusal("spline", reason);
+    name_streams(e, dial, imu);
+    return e;
+  };
+  const Signals signals = prepare(dial, imu, options.estimate_line_delay);
+  const Swings swings = signals.refusal.empty() ? find_swings(signals) : Swings{};
+  if (const std::string why = refuse_motion(signals, swings); !why.empty()) return refused(why);
+  const Coarse coarse = coarse_match(signals, swings.period_s / 4);
+  if (const std::string why = refuse_match(coarse); !why.empty()) return refused(why);
+  const Window window = choose_window(swings, options);
+  if (window.swings.size() < fewest_swings)
+    return refused(fmt::format("too few swings: {} of {} lie between {:g}° and {:g}°", window.swings.size(),
+                               swings.all.size(), options.window_from_deg, options.window_to_deg));
+
+  auto by_extrema = extrema_delays(signals, coarse, window.swings);
+  auto by_damped = damped_delays(signals, coarse, window.swings);
+  const SplineFit fit = fit_joint_spline(signals, task_for(swings, window, coarse, options.estimate_line_delay));
+
+  Estimate extrema = average("extrema", by_extrema, signals);
+  Estimate damped = average("damped", by_damped, signals);
+  Estimate result = from_spline(fit, signals, options);
+  warn_of_neglected_phase(extrema, neglected_phase_s(by_damped));
+  refuse_hand_moved(extrema, swings);
+  refuse_hand_moved(damped, swings);
+  doubt_conditions(result, signals, swings, window, coarse);
+  for (Estimate* e : {&extrema, &damped, &result}) name_streams(*e, dial, imu);
+
+  result.extras.push_back({"period_s", swings.period_s, std::nullopt});
+  result.extras.push_back({"swings", static_cast<double>(window.swings.size()), std::nullopt});
+  result.extras.push_back({"amplitude_from_rad", window.swings.front().amplitude_rad, std::nullopt});
+  result.extras.push_back({"amplitude_to_rad", window.swings.back().amplitude_rad, std::nullopt});
+  result.extras.push_back({"window_from_s", window.swings.front().from_s, std::nullopt});
+  result.extras.push_back({"window_to_s", window.swings.back().to_s, std::nullopt});
+  result.extras.push_back({"neglected_phase_s", neglected_phase_s(by_damped), std::nullopt});
+  const Estimate alone = result;
+  result.estimates = {alone, damped, extrema};
+  if (fit.failure.empty()) result.evidence = evidence(fit, by_extrema, by_damped, swings);
+  return result;
+}
+
+}  // namespace takt

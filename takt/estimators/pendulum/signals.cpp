@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/estimators/pendulum/signals.h"
+
+#include <fmt/core.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+namespace takt::pendulum {
+namespace {
+
+double median(std::vector<double> v) {
+  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  return *middle;
+}
+
+/// The stamps' order, and how many of them stood in the wrong place.
+template <class Less>
+std::vector<std::size_t> sorted_order(std::size_t n, const Less& less, std::size_t& misplaced) {
+  std::vector<std::size_t> order(n);
+  std::iota(order.begin(), order.end(), 0);
+  for (std::size_t i = 1; i < n; ++i) misplaced += less(i, i - 1);
+  if (misplaced > 0) std::stable_sort(order.begin(), order.end(), less);
+  return order;
+}
+
+void note_repairs(Signals& s, const std::string& stream, std::size_t misplaced, std::size_t duplicates,
+                  std::size_t not_numbers) {
+  if (misplaced > 0)
+    s.notes.push_back(fmt::format("{}: {} stamps ran backwards and were put in order", stream, misplaced));
+  if (duplicates > 0) s.notes.push_back(fmt::format("{}: {} repeated stamps were left out", stream, duplicates));
+  if (not_numbers > 0) s.notes.push_back(fmt::format("{}: {} readings were not numbers", stream, not_numbers));
+}
+
+void take_angles(Signals& s, const AngleStream& dial, bool line_delay_unknown) {
+  const double line_delay = line_delay_unknown ? 0 : dial.timing.line_delay_s();
+  const auto row_of = [&](std::size_t i) { return dial.rows.empty() ? 0.0 : dial.rows[i]; };
+  const auto less = [&](std::size_t a, std::size_t b) {
+    return dial.stamps[a] != dial.stamps[b] ? dial.stamps[a] < dial.stamps[b] : row_of(a) < row_of(b);
+  };
+  std::size_t misplaced = 0, duplicates = 0, not_numbers = 0;
+  const auto order = sorted_order(dial.size(), less, misplaced);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::size_t i = order[k];
+    if (!std::isfinite(dial.angle_rad[i])) {
+      ++not_numbers;
+      continue;
+    }
+    if (k > 0 && dial.stamps[i] == dial.stamps[order[k - 1]] && row_of(i) == row_of(order[k - 1])) {
+      ++duplicates;
+      continue;
+    }
+    const double exposure = dial.exposures_s.empty() ? dial.timing.exposure_s : dial.exposures_s[i];
+    s.angle_time_s.push_back(seconds_since(s.epoch, dial.stamps[i]) + dial.timing.to_exposure_middle_s(exposure) +
+                             row_of(i) * line_delay);
+    s.angle_rad.push_back(dial.angle_rad[i]);
+    s.row.push_back(line_delay_unknown ? row_of(i) : 0);
+  }
+  note_repairs(s, dial.name, misplaced, duplicates, not_numbers);
+}
+
+/// Rates at which the gyro stood at its limit: flat for at least 20 ms, twice or more, at the same extreme value.
+/// A swing's own top is flat to 1e-4 for 7 ms only, and noise makes it shorter.
+std::vector<bool> stuck_at_limit(const std::vector<double>& time, const std::vector<double>& rate, double& limit) {
+  std::vector<bool> stuck(rate.size(), false);
+  limit = 0;
+  for (const double r : rate) limit = std::max(limit, std::abs(r));
+  int plateaus = 0;
+  for (std::size_t i = 0; i < rate.size();) {
+    std::size_t j = i;
+    while (j < rate.size() && std::abs(rate[j]) > limit * (1 - 1e-4)) ++j;
+    if (j > i && time[j - 1] - time[i] > 0.02) {
+      ++plateaus;
+      for (std::size_t k = i; k < j; ++k) stuck[k] = true;
+    }
+    i = std::max(j, i + 1);
+  }
+  if (plateaus < 2) stuck.assign(rate.size(), false);
+  return stuck;
+}
+
+void take_rates(Signals& s, const ImuStream& imu) {
+  const auto less = [&](std::size_t a, std::size_t b) { return imu.stamps[a] < imu.stamps[b]; };
+  std::size_t misplaced = 0, duplicates = 0, not_numbers = 0;
+  std::vector<double> time;
+  std::vector<Vec3> rate;
+  const auto order = sorted_order(imu.size(), less, misplaced);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::size_t i = order[k];
+    if (!imu.gyro_rad_s[i].allFinite())
+      ++not_numbers;
+    else if (k > 0 && imu.stamps[i] == imu.stamps[order[k - 1]])
+      ++duplicates;
+    else {
+      time.push_back(seconds_since(s.epoch, imu.stamps[i]));
+      rate.push_back(imu.gyro_rad_s[i]);
+    }
+  }
+  note_repairs(s, imu.name, misplaced, duplicates, not_numbers);
+  if (rate.size() < 10) return;
+
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& r : rate) mean += r / static_cast<double>(rate.size());
+  Mat3 spread = Mat3::Zero();
+  for (const Vec3& r : rate) spread += (r - mean) * (r - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(spread);
+  s.axis = eigen.eigenvectors().col(2);
+  s.axis_share = spread.trace() > 0 ? eigen.eigenvalues()[2] / spread.trace() : 0;
+
+  std::vector<bool> leave_out(rate.size(), false);
+  const double margin_s = 0.02;  // the low-pass smears a clipped top over its neighbours
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> one;
+    for (const Vec3& r : rate) one.push_back(r[axis]);
+    double limit = 0;
+    const auto stuck = stuck_at_limit(time, one, limit);
+    double last = -1e9;
+    for (std::size_t i = 0; i < stuck.size(); ++i) {
+      if (stuck[i]) last = time[i], s.saturation_rad_s = limit;
+      if (time[i] - last < margin_s) leave_out[i] = true;
+    }
+    double next = 1e300;
+    for (std::size_t i = stuck.size(); i-- > 0;) {
+      if (stuck[i]) next = time[i];
+      if (next - time[i] < margin_s) leave_out[i] = true;
+    }
+  }
+  for (std::size_t i = 0; i < rate.size(); ++i) {
+    if (leave_out[i]) {
+      ++s.saturated;
+      continue;
+    }
+    s.rate_time_s.push_back(time[i]);
+    s.rate_rad_s.push_back(s.axis.dot(rate[i]));
+  }
+}
+
+double median_interval(const std::vector<double>& time) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < time.size(); ++i)
+    if (time[i] > time[i - 1]) steps.push_back(time[i] - time[i - 1]);
+  return steps.empty() ? 0 : median(std::move(steps));
+}
+
+void note_gaps(Signals& s, const std::string& stream, const std::vector<double>& time, double interval) {
+  int gaps = 0;
+  double longest = 0;
+  for (std::size_t i = 1; i < time.size(); ++i) {
+    const double step = time[i] - time[i - 1];
+    if (step < 1.8 * interval) continue;
+    ++gaps;
+    longest = std::max(longest, step);
+  }
+  if (gaps > 0) s.notes.push_back(fmt::format("{}: {} gaps, the longest {:.3f} s", stream, gaps, longest));
+}
+
+/// Sixth differences of one reading a frame: a swing leaves nothing of itself there. Robust against lost frames.
+double noise_of_angles(const Signals& s) {
+  std::vector<double> one_a_frame;
+  double last = -1e300;
+  for (std::size_t i = 0; i < s.angle_rad.size(); ++i) {
+    if (s.angle_time_s[i] - last < 0.5 * s.frame_interval_s) continue;
+    last = s.angle_time_s[i];
+    one_a_frame.push_back(s.angle_rad[i]);
+  }
+  constexpr std::array<double, 7> binomial{1, -6, 15, -20, 15, -6, 1};
+  std::vector<double> differences;
+  for (std::size_t i = 0; i + 6 < one_a_frame.size(); ++i) {
+    double d = 0;
+    for (std::size_t k = 0; k < 7; ++k) d += binomial[k] * one_a_frame[i + k];
+    differences.push_back(std::abs(d));
+  }
+  return differences.empty() ? 0 : 1.4826 * median(std::move(differences)) / std::sqrt(924.0);
+}
+
+void check_lengths(const AngleStream& dial, const ImuStream& imu) {
+  const std::size_t n = dial.stamps.size();
+  if (dial.angle_rad.size() != n || (!dial.rows.empty() && dial.rows.size() != n) ||
+      (!dial.exposures_s.empty() && dial.exposures_s.size() != n))
+    throw std::invalid_argument(fmt::format("pendulum: {} stamps, {} angles, {} rows, {} exposures in {}", n,
+                                            dial.angle_rad.size(), dial.rows.size(), dial.exposures_s.size(),
+                                            dial.name));
+  if (imu.gyro_rad_s.size() != imu.stamps.size())
+    throw std::invalid_argument(
+        fmt::format("pendulum: {} stamps but {} rates in {}", imu.stamps.size(), imu.gyro_rad_s.size(), imu.name));
+}
+
+}  // namespace
+
+Signals prepare(const AngleStream& dial, const ImuStream& imu, bool line_delay_unknown) {
+  check_lengths(dial, imu);
+  Signals s;
+  if (dial.size() < 20 || imu.size() < 20) {
+    s.refusal = fmt::format("too little data: {} angles and {} rates", dial.size(), imu.size());
+    return s;
+  }
+  s.epoch = *std::min_element(dial.stamps.begin(), dial.stamps.end());
+  take_angles(s, dial, line_delay_unknown);
+  take_rates(s, imu);
+  if (s.angle_time_s.size() < 20 || s.rate_time_s.size() < 20) {
+    s.refusal =
+        fmt::format("too little data: {} angles and {} rates are usable", s.angle_time_s.size(), s.rate_time_s.size());
+    return s;
+  }
+  std::vector<double> frames;
+  for (const Stamp stamp : dial.stamps) frames.push_back(seconds_since(s.epoch, stamp));
+  std::sort(frames.begin(), frames.end());
+  s.frame_interval_s = median_interval(frames);
+  s.rate_interval_s = median_interval(s.rate_time_s);
+  s.angle_noise_rad = noise_of_angles(s);
+  const double from = std::max(s.angle_time_s.front(), s.rate_time_s.front());
+  const double to = std::min(s.angle_time_s.back(), s.rate_time_s.back());
+  if (to - from < 50 * s.frame_interval_s) {
+    s.refusal = fmt::format(
+        "the streams do not overlap: angles cover {:.3f} to {:.3f} s, rates {:.3f} to {:.3f} s after the first frame",
+        s.angle_time_s.front(), s.angle_time_s.back(), s.rate_time_s.front(), s.rate_time_s.back());
+    return s;
+  }
+  note_gaps(s, dial.name, frames, s.frame_interval_s);
+  if (s.saturated == 0) note_gaps(s, imu.name, s.rate_time_s, s.rate_interval_s);
+  return s;
+}
+
+}  // namespace takt::pendulum

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "takt/streams/dial.h"
+
+namespace takt::dial {
+
+/// Grey along the dial at even steps of the angle.
+struct Pattern {
+  double first_rad = 0, step_rad = 1;
+  std::vector<float> grey;
+
+  [[nodiscard]] double last_rad() const { return first_rad + step_rad * static_cast<double>(grey.size() - 1); }
+
+  struct Sample {
+    float grey, slope;  ///< slope per radian
+  };
+  /// Catmull–Rom; beyond the ends the end's grey without a slope.
+  [[nodiscard]] Sample at(double angle_rad) const {
+    const double x = (angle_rad - first_rad) / step_rad;
+    if (!(x >= 1)) return {grey.front(), 0};
+    if (x >= static_cast<double>(grey.size()) - 2) return {grey.back(), 0};
+    const auto i = static_cast<std::size_t>(x);
+    const auto f = static_cast<float>(x - static_cast<double>(i));
+    const float a = grey[i - 1], b = grey[i], c = grey[i + 1], d = grey[i + 2];
+    const float k1 = 0.5f * (c - a), k2 = a - 2.5f * b + 2 * c - 0.5f * d, k3 = 0.5f * (d - a) + 1.5f * (b - c);
+    return {b + f * (k1 + f * (k2 + f * k3)), (k1 + f * (2 * k2 + 3 * f * k3)) / static_cast<float>(step_rad)};
+  }
+};
+
+/// One pattern for each stretch of heights in which the dial looks the same (dial_levels).
+using Patterns = std::vector<Pattern>;
+
+/// The dial as printed, seen through pixels of a width: 1 paper, 0 ink.
+[[nodiscard]] Patterns printed_patterns(const Dial& dial, double pixel_rad);
+
+}  // namespace takt::dial

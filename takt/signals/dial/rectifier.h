@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "takt/streams/dial.h"
+#include "takt/streams/image.h"
+
+namespace takt::dial {
+
+/// What the pixels of one slot have in common: they see nearly the same angle, at heights where the dial looks the
+/// same, in the same band of rows.
+struct Slot {
+  double angle_rad;  ///< mean over its pixels, against the radius through the camera
+  double height_m;   ///< mean
+  double row;        ///< mean
+  int pixels;
+  int level;  ///< which Pattern
+  int band;   ///< of rows
+};
+
+/// A frame reduced to the means of its slots.
+struct Profile {
+  std::vector<float> grey;    ///< one a slot
+  float saturated_share = 0;  ///< of the pixels on the dial
+};
+
+/// Picks the dial out of a frame: each pixel on the strip belongs to one slot, and no pixel is interpolated. Across
+/// the strip hundreds of pixels are averaged; along it a slot is one pixel wide.
+class Rectifier {
+ public:
+  /// `bands` of rows are kept apart, for the rows of a rolling shutter tell its line delay.
+  Rectifier(const Dial& dial, const DialView& view, int bands);
+
+  [[nodiscard]] const std::vector<Slot>& slots() const { return slots_; }
+  [[nodiscard]] Profile operator()(const GrayImage& image) const;
+
+ private:
+  struct Pixel {
+    std::int32_t x, y, slot;
+  };
+  int width_, height_;
+  std::vector<Pixel> pixels_;  ///< row by row
+  std::vector<Slot> slots_;
+};
+
+}  // namespace takt::dial

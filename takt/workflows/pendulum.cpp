@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/workflows/pendulum.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+
+#include "takt/error.h"
+#include "takt/recording/files.h"
+#include "takt/recording/open_recording.h"
+#include "takt/recording/yaml_fields.h"
+#include "takt/workflows/dial_rig.h"
+
+namespace fs = std::filesystem;
+
+namespace takt {
+namespace {
+
+void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+/// Streams of the job's files, and what was read.
+struct Streams {
+  std::vector<AngleStream> angles;
+  std::vector<CameraStream> cameras;
+  std::vector<ImuStream> imus;
+};
+
+void read_into(Streams& s, const std::string& path, const PendulumJob& job, PendulumOutcome& out) {
+  Recording r = open_recording(path, job.open);
+  append(out.notes, r.notes);
+  append(out.files, r.files);
+  std::move(r.angles.begin(), r.angles.end(), std::back_inserter(s.angles));
+  std::move(r.cameras.begin(), r.cameras.end(), std::back_inserter(s.cameras));
+  std::move(r.imus.begin(), r.imus.end(), std::back_inserter(s.imus));
+}
+
+Streams read_streams(const PendulumJob& job, PendulumOutcome& out) {
+  Streams s;
+  if (job.input.empty()) {
+    read_into(s, job.angle_file, job, out);
+    read_into(s, job.imu_file, job, out);
+  } else {
+    read_into(s, job.input, job, out);
+    const std::string beside = (fs::path(job.input) / "angle.csv").string();
+    if (s.angles.empty() && fs::exists(beside)) read_into(s, beside, job, out);
+  }
+  const std::string where = job.input.empty() ? job.angle_file : job.input;
+  if (s.angles.empty() && s.cameras.empty())
+    throw Error("there is neither a camera nor an angle in it", where,
+                "give the dial's angles with --angle FILE (t_ns,angle_rad)");
+  if (s.imus.empty())
+    throw Error("there is no gyro in it", job.input.empty() ? job.imu_file : job.input, "give one with --imu FILE");
+  return s;
+}
+
+template <class Stream>
+void keep_named(std::vector<Stream>& streams, const std::string& name, const std::string& where) {
+  if (name.empty()) return;
+  std::string known;
+  for (const Stream& s : streams) known += (known.empty() ? "" : ", ") + s.name;
+  std::erase_if(streams, [&](const Stream& s) { return s.name != name; });
+  if (streams.empty()) throw Error("there is no stream " + name, where, "it has: " + known);
+}
+
+/// What the stamps of the dial's frames mean.
+void apply_rig_file(FrameTiming& timing, const YamlFields& rig) {
+  if (const auto exposure = rig.number("exposure_s")) timing.exposure_s = *exposure;
+  if (const auto rows = rig.number("rows")) timing.rows = static_cast<int>(*rows);
+  if (const auto readout = rig.number("readout_s")) timing.readout_s = *readout;
+  const auto stamp = rig.text("stamp");
+  if (!stamp) return;
+  if (*stamp == "start")
+    timing.instant = ExposureInstant::start;
+  else if (*stamp == "middle")
+    timing.instant = ExposureInstant::middle;
+  else if (*stamp == "end")
+    timing.instant = ExposureInstant::end;
+  else
+    rig.fail("stamp", "is \"" + *stamp + "\", none of start, middle, end");
+}
+
+/// The estimator that was asked for takes the place of the default; all stay listed.
+Estimate chosen(Estimate e, const std::string& estimator) {
+  if (estimator == "all" || estimator == "spline" || e.estimates.empty()) return e;
+  const auto found = std::find_if(e.estimates.begin(), e.estimates.end(),
+                                  [&](const Estimate& other) { return other.method == estimator; });
+  Estimate one = *found;
+  one.estimates = std::move(e.estimates);
+  one.evidence = std::move(e.evidence);
+  return one;
+}
+
+std::optional<YamlFields> read_rig_file(const PendulumJob& job, PendulumOutcome& out) {
+  std::string file = job.rig_file;
+  if (file.empty() && !job.input.empty()) file = (fs::path(job.input) / "rig.yaml").string();
+  if (job.rig_file.empty() && !fs::exists(file)) return std::nullopt;
+  out.files.push_back(file);
+  return YamlFields(read_file(file), file);
+}
+
+/// The dial's angles: as they were logged, or read from pictures.
+AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, const PendulumJob& job,
+                    PendulumOutcome& out, std::string& doubt) {
+  if (!streams.angles.empty()) {
+    keep_named(streams.angles, job.sensor, job.input);
+    AngleStream dial = std::move(streams.angles.front());
+    if (rig) apply_rig_file(dial.timing, *rig);
+    return dial;
+  }
+  keep_named(streams.cameras, job.sensor, job.input);
+  CameraStream& camera = streams.cameras.front();
+  if (!rig)
+    throw Error("there is no rig.yaml that says what its pictures show", job.input,
+                "write dial, dial_radius_m and camera_distance_m into one (docs/methods/pendulum.md)");
+  apply_rig_file(camera.timing, *rig);
+  const DialRig seen = dial_rig(*rig, camera, job.dial_method);
+  DialOptions options = seen.options;
+  options.threads = job.threads;
+  if (job.pendulum.estimate_line_delay) options.bands = 4;
+  options.progress = job.progress;
+  DialAngles read = dial_angles(camera, seen.dial, seen.view, options);
+  for (const std::string& note : read.notes) out.notes.push_back(camera.name + ": " + note);
+  if (!read.angles.rows.empty() && camera.timing.shutter == Shutter::rolling &&
+      std::abs(std::sin(seen.view.roll_rad)) > 0.05)
+    doubt =
+        "a rolling shutter stretches the dial along a rolled camera's rows, which is not modelled: the delay may be "
+        "off by half a percent of the readout";
+  if (read.angles.size() == 0)
+    throw Error("none of its pictures shows the dial", job.input,
+                "check dial_radius_m, camera_distance_m and roll_deg");
+  return std::move(read.angles);
+}
+
+}  // namespace
+
+PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
+  const std::vector<std::string> estimators{"all", "spline", "damped", "extrema"};
+  if (std::find(estimators.begin(), estimators.end(), job.estimator) == estimators.end())
+    throw std::invalid_argument("there is no estimator \"" + job.estimator + "\"; there are spline, damped, extrema");
+  PendulumOutcome out;
+  Streams streams = read_streams(job, out);
+  keep_named(streams.imus, job.reference, job.input);
+  const std::optional<YamlFields> rig = read_rig_file(job, out);
+  std::string doubt;
+  const AngleStream dial = dial_of(streams, rig, job, out, doubt);
+  PendulumOptions options = job.pendulum;
+  // Readings of a frame from several rows are there to find what lies between the rows.
+  if (dial.timing.shutter == Shutter::rolling && dial.timing.readout_s == 0 && !dial.rows.empty())
+    options.estimate_line_delay = true;
+  for (const ImuStream& imu : streams.imus) {
+    Estimate e = calibrate_pendulum(dial, imu, options);
+    if (!doubt.empty() && e.answered()) e.doubt(Verdict::weak, doubt);
+    out.estimates.push_back(chosen(std::move(e), job.estimator));
+  }
+  return out;
+}
+
+}  // namespace takt
