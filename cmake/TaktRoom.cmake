@@ -43,7 +43,6 @@ function(takt_room name)
   if(TAKT_TESTS AND tests)
     add_executable(${name}_test ${tests})
     target_link_libraries(${name}_test PRIVATE takt_${name} takt_warnings ${ROOM_PRIVATE} GTest::gtest GTest::gtest_main)
-    target_compile_definitions(${name}_test PRIVATE TAKT_DATA_DIR="${TAKT_DATA_DIR}" TAKT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
     if(TAKT_SANITIZE)
       target_compile_definitions(${name}_test PRIVATE TAKT_SANITIZED)  # times mean nothing there
     endif()

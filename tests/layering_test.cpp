@@ -9,6 +9,8 @@
 #include <set>
 #include <string>
 
+#include "takt/test_paths.h"
+
 namespace fs = std::filesystem;
 
 namespace {
@@ -49,7 +51,8 @@ std::vector<std::string> violations(const fs::path& root) {
       const std::string ext = entry.path().extension();
       if (ext != ".h" && ext != ".cpp") continue;
       const std::string file = fs::relative(entry.path(), root).generic_string();
-      if (file.ends_with("_test.cpp") || file.ends_with("_fuzz.cpp")) continue;  // tests may look further: a simulator's truth, say
+      if (file.ends_with("_test.cpp") || file.ends_with("_fuzz.cpp"))
+        continue;  // tests may look further: a simulator's truth, say
       const std::string room = room_of(file);
       if (room.empty()) continue;
       if (!may_include.contains(room)) {

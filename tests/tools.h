@@ -7,6 +7,7 @@
 #include <string>
 
 #include "takt/error.h"
+#include "takt/test_paths.h"
 
 /// What the tests of all rooms share.
 namespace takt::testing_tools {

@@ -36,12 +36,23 @@ void Estimate::doubt(Verdict at_best, std::string reason) {
   sigma_s.reset();
   drift.reset();
   drift_sigma.reset();
+  pieces.clear();
   line_delay_s.reset();
   line_delay_sigma_s.reset();
 }
 
 ClockMap<> Estimate::clock_map() const {
   if (!offset) throw std::logic_error("Estimate::clock_map: " + method + " gave no offset");
+  if (!pieces.empty()) {
+    std::vector<ClockPiece<SensorClock>> all;
+    for (const OffsetPiece& p : pieces)
+      all.push_back({.start = as<SensorClock>(p.start),
+                     .epoch = as<SensorClock>(p.epoch),
+                     .offset = p.offset,
+                     .drift = p.drift,
+                     .offset_var_s2 = p.sigma_s * p.sigma_s});
+    return ClockMap<>(std::move(all));
+  }
   ClockPiece<SensorClock> piece;
   piece.epoch = as<SensorClock>(epoch);
   piece.offset = *offset;

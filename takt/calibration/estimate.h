@@ -41,6 +41,16 @@ struct Extra {
   std::optional<double> sigma;
 };
 
+/// One straight piece of an offset that moves: from `start` on,
+///   reference = sensor + offset + drift·(sensor − epoch)
+struct OffsetPiece {
+  Stamp start{};  ///< on the sensor's clock; valid until the next piece's start
+  Stamp epoch{};
+  Duration offset{0};
+  double drift = 0;  ///< s/s
+  double sigma_s = 0;
+};
+
 /// The result of every estimator (docs/formats/result.md):
 ///   reference = sensor + offset + drift·(sensor − epoch)
 /// Unknown quantities are empty, never a plausible default.
@@ -56,6 +66,9 @@ struct Estimate {
   Stamp epoch{};                ///< on the sensor's clock
   std::optional<double> drift;  ///< s/s
   std::optional<double> drift_sigma;
+  /// Where one straight line is not enough: the offset over the whole recording, in order of start. The first piece
+  /// also serves everything before it. `offset` and `drift` above then are those of the piece that holds `epoch`.
+  std::vector<OffsetPiece> pieces;
 
   std::optional<std::string>
       frame_instant;  ///< start, middle, end: of the exposure, which the offset is for; in files exposure_middle …
@@ -75,7 +88,7 @@ struct Estimate {
   [[nodiscard]] static Estimate refusal(std::string method, std::string reason);
   /// Lowers the verdict (never raises it) and says why. Refusing removes the answer.
   void doubt(Verdict at_best, std::string reason);
-  /// As a map between the clocks; throws std::logic_error when there is no answer.
+  /// As a map between the clocks, with its pieces where there are any; throws std::logic_error when there is no answer.
   [[nodiscard]] ClockMap<> clock_map() const;
 };
 

@@ -199,6 +199,24 @@ Provenance provenance(const Field& f) {
   return p;
 }
 
+std::vector<OffsetPiece> pieces(const Field& f) {
+  std::vector<OffsetPiece> out;
+  f.for_each([&](const Field& p) {
+    OffsetPiece piece;
+    piece.start = from_ns(p["start_ns"].number<std::int64_t>());
+    piece.epoch = from_ns(p["epoch_ns"].number<std::int64_t>());
+    if (!out.empty() && piece.start < out.back().start) p["start_ns"].fail("is before that of the piece before");
+    const auto at_epoch = offset(p);
+    if (!at_epoch) p["offset_ns"].fail("is missing");
+    piece.offset = *at_epoch;
+    piece.sigma_s = p["sigma_s"].optional_sigma().value_or(0);
+    piece.drift = from_ppm(p["drift_ppm"].optional_number()).value_or(0);
+    if (!(piece.drift > -1)) p["drift_ppm"].fail("runs time backwards");
+    out.push_back(piece);
+  });
+  return out;
+}
+
 Estimate answer(const Field& f) {
   f.require(Kind::object);
   Estimate e;
@@ -212,6 +230,7 @@ Estimate answer(const Field& f) {
   if (f["epoch_ns"].known()) e.epoch = from_ns(f["epoch_ns"].number<std::int64_t>());
   e.drift = from_ppm(f["drift_ppm"].optional_number());
   e.drift_sigma = from_ppm(f["drift_sigma_ppm"].optional_sigma());
+  e.pieces = pieces(f["pieces"]);
   e.frame_instant = one_of(f["frame_instant"], {"start", "middle", "end"}, "exposure_");
   e.frame_row = one_of(f["frame_row"], {"first", "middle"}, "");
   e.line_delay_s = f["line_delay_s"].optional_number();

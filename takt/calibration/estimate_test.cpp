@@ -42,6 +42,8 @@ class Arbitrary {
       e.sigma_s = maybe([&] { return std::abs(real()); });
       e.drift = maybe([&] { return real() * 1e-6; });
       e.drift_sigma = maybe([&] { return std::abs(real()) * 1e-6; });
+      for (std::int64_t at = -100; below(2); at += 7)
+        e.pieces.push_back({from_ns(at), from_ns(whole()), Duration(whole()), real() * 1e-32, std::abs(real())});
       e.line_delay_s = maybe([&] { return real(); });
       e.line_delay_sigma_s = maybe([&] { return std::abs(real()); });
     }
@@ -159,6 +161,14 @@ void expect_same(const Estimate& a, const Estimate& b) {
   EXPECT_EQ(a.epoch, b.epoch);
   expect_same(a.drift, b.drift, 1e-14, "drift");  // ppm are written with 15 digits
   expect_same(a.drift_sigma, b.drift_sigma, 1e-14, "drift_sigma");
+  ASSERT_EQ(a.pieces.size(), b.pieces.size());
+  for (std::size_t i = 0; i < a.pieces.size(); ++i) {
+    EXPECT_EQ(a.pieces[i].start, b.pieces[i].start);
+    EXPECT_EQ(a.pieces[i].epoch, b.pieces[i].epoch);
+    EXPECT_EQ(a.pieces[i].offset, b.pieces[i].offset);
+    EXPECT_EQ(a.pieces[i].sigma_s, b.pieces[i].sigma_s);
+    expect_same(a.pieces[i].drift, b.pieces[i].drift, 1e-14, "piece's drift");
+  }
   EXPECT_EQ(a.frame_instant, b.frame_instant);
   EXPECT_EQ(a.frame_row, b.frame_row);
   expect_same(a.line_delay_s, b.line_delay_s, 0, "line_delay_s");

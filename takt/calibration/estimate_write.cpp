@@ -57,6 +57,19 @@ Node transform(const std::optional<Mat4>& T) {
   return rows;
 }
 
+Node pieces(const std::vector<OffsetPiece>& list) {
+  Node out = tree::list();
+  for (const OffsetPiece& p : list)
+    out.add(tree::object()
+                .add("start_ns", tree::integer(to_ns(p.start)))
+                .add("epoch_ns", tree::integer(to_ns(p.epoch)))
+                .add("offset_s", tree::digits(exact_seconds(p.offset)))
+                .add("offset_ns", tree::integer(std::int64_t{p.offset.count()}))
+                .add("sigma_s", tree::number(p.sigma_s))
+                .add("drift_ppm", in_ppm(p.drift)));
+  return out;
+}
+
 Node extras(const std::vector<Extra>& list) {
   Node out = tree::object();
   for (const Extra& x : list)
@@ -115,6 +128,7 @@ void add_answer(const Estimate& e, Node& out) {
   out.add("epoch_ns", tree::integer(to_ns(e.epoch)));
   out.add("drift_ppm", unless_refused(in_ppm(e.drift)));
   out.add("drift_sigma_ppm", unless_refused(in_ppm(e.drift_sigma)));
+  if (!e.pieces.empty()) out.add("pieces", unless_refused(pieces(e.pieces)));
   out.add("frame_instant", exposure_instant(e.frame_instant)).add("frame_row", optional_text(e.frame_row));
   out.add("line_delay_s", unless_refused(tree::number(e.line_delay_s)));
   out.add("line_delay_sigma_s", unless_refused(tree::number(e.line_delay_sigma_s)));

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "takt/error.h"
+#include "takt/test_paths.h"
 
 namespace takt {
 namespace {

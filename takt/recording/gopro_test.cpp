@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "takt/error.h"
+#include "takt/test_paths.h"
 
 namespace takt {
 namespace {

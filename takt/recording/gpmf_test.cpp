@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "takt/recording/files.h"
+#include "takt/test_paths.h"
 #include "tests/gpmf_writing.h"
 
 namespace takt::gpmf {

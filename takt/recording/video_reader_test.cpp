@@ -13,6 +13,7 @@
 #include "takt/error.h"
 #include "takt/recording/files.h"
 #include "takt/recording/open_recording.h"
+#include "takt/test_paths.h"
 
 namespace takt {
 namespace {

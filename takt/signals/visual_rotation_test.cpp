@@ -16,6 +16,7 @@
 #include <sstream>
 
 #include "takt/motion/gyro_curve.h"
+#include "takt/test_paths.h"
 
 namespace takt {
 namespace {

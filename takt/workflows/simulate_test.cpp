@@ -12,6 +12,7 @@
 #include "takt/recording/open_recording.h"
 #include "takt/simulation/folder_writer.h"
 #include "takt/simulation/handheld_parameters.h"
+#include "takt/test_paths.h"
 
 namespace fs = std::filesystem;
 

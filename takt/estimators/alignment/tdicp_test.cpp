@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/estimators/alignment/tdicp.h"
+#include "takt/test_paths.h"
 
 #include <gtest/gtest.h>
 
