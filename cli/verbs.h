@@ -32,5 +32,6 @@ void add_pendulum(CLI::App& app, Common& common, Action& action);
 void add_simulate(CLI::App& app, Common& common, Action& action);
 void add_experiment(CLI::App& app, Common& common, Action& action);
 void add_report(CLI::App& app, Common& common, Action& action);
+void add_completion(CLI::App& app, Common& common, Action& action);
 
 }  // namespace takt::cli
