@@ -59,9 +59,10 @@ Estimate inverse(const Estimate& e) {
   if (e.drift) out.drift = at_epoch.drift;
   if (e.drift_sigma) out.drift_sigma = std::sqrt(at_epoch.drift_var);
   out.pieces.clear();
-  if (!e.pieces.empty())
-    for (const auto& p : inverse(e.clock_map()).pieces())
-      out.pieces.push_back({stamp(p.start), stamp(p.epoch), p.offset, p.drift, std::sqrt(p.offset_var_s2)});
+  if (e.pieces.empty()) return out;
+  const ClockMap<ReferenceClock, SensorClock> back = inverse(e.clock_map());
+  for (const auto& p : back.pieces())
+    out.pieces.push_back({stamp(p.start), stamp(p.epoch), p.offset, p.drift, std::sqrt(p.offset_var_s2)});
   return out;
 }
 

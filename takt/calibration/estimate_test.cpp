@@ -215,7 +215,7 @@ TEST(Inverse, UndoesTheMapPieceByPiece) {
   const std::int64_t at = to_ns(e.epoch);
   for (const bool moving : {false, true}) {
     if (moving)
-      for (int i = 0; i < 4; ++i)
+      for (std::int64_t i = 0; i < 4; ++i)
         e.pieces.push_back({from_ns(at + i * 1'000'000'000), from_ns(at + i * 1'000'000'000 + 500'000'000),
                             Duration(3'000'000 + 5'000 * i), 75e-6, 1e-5});
     const Estimate back = inverse(e);
