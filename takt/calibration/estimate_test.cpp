@@ -217,7 +217,7 @@ TEST(Inverse, UndoesTheMapPieceByPiece) {
     if (moving)
       for (std::int64_t i = 0; i < 4; ++i)
         e.pieces.push_back({from_ns(at + i * 1'000'000'000), from_ns(at + i * 1'000'000'000 + 500'000'000),
-                            Duration(3'000'000 + 5'000 * i), 75e-6, 1e-5});
+                            Duration(3'000'000 + 75'000 * i), 75e-6, 1e-5});
     const Estimate back = inverse(e);
     EXPECT_EQ(back.sensor, "imu0");
     EXPECT_EQ(back.pieces.size(), e.pieces.size());
