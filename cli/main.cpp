@@ -15,9 +15,19 @@
 namespace takt::cli {
 
 /// One row a verb, in the order of the help.
+// clang-format off
 const std::vector<AddVerb> all_verbs{
-    add_inspect, add_align, add_pendulum, add_dial, add_simulate, add_experiment, add_report, add_completion,
+    add_inspect,
+    add_align,
+    add_pendulum,
+    add_dial,
+    add_track,
+    add_simulate,
+    add_experiment,
+    add_report,
+    add_completion,
 };
+// clang-format on
 
 /// "takt 0.1.0 (commit 1e12a54)", and what it was built with: enough to make a result again.
 std::string version_words() {
