@@ -14,6 +14,7 @@
 #include "takt/estimators/online/filter/msckf.h"
 #include "takt/estimators/online/first_motion.h"
 #include "takt/estimators/online/stamp_watch.h"
+#include "takt/estimators/online/window/sliding_window.h"
 
 namespace takt {
 
@@ -26,6 +27,9 @@ const std::vector<MethodRow>& method_table() {
   static const std::vector<MethodRow> table{
       {"filter", [](const TrackingRig& rig, const TrackingOptions& options) -> std::unique_ptr<OffsetMethod> {
          return std::make_unique<Msckf>(rig, options);
+       }},
+      {"window", [](const TrackingRig& rig, const TrackingOptions& options) -> std::unique_ptr<OffsetMethod> {
+         return std::make_unique<SlidingWindow>(rig, options);
        }}};
   return table;
 }
@@ -161,7 +165,7 @@ struct OffsetTracker::State {
 
   void forget() {
     double needed = history.empty() ? 0 : history.end_s() - longest_wait_s;
-    if (running) needed = t_motion_s - 0.5;
+    if (running) needed = t_motion_s - longest_window_s;
     history.forget_before(needed);
     if (running) return;
     for (CameraState& camera : cameras)
