@@ -293,7 +293,7 @@ module takt_device #(
     if (!rst_ni || clear_q || answer2_q) frozen_q <= 1'b0;
     else if (start3_q) frozen_q <= 1'b1;
     if (clear_q) late_q <= 1'b0;
-    else if (ticks_q[16]) late_q <= 1'b1;
+    else if (&ticks_q[15:2]) late_q <= 1'b1;
   end
 
   // What the status word of the heartbeat tells.
