@@ -14,7 +14,10 @@ module takt_device #(
   parameter int Cameras = 4,
   parameter int Triggers = 4,
   parameter int TriggerW = 28,
+  parameter bit TriggerPhase = 1'b1,  // without: all triggers rise at the start of their period
+  parameter bit Gnss = 1'b1,
   parameter bit GnssText = 1'b1,
+  parameter int FrameW = 16,          // of the number of an exposure
   parameter int GnssBaud = 9600,
   parameter bit Diagnostics = 1'b1,
   parameter int FifoLog2 = 8,
@@ -122,7 +125,7 @@ module takt_device #(
     .text_o(gnss_text), .bytes_o(gnss_bytes), .bytes_less_1_o(gnss_less_1)
   );
   takt_slot #(.Width(1)) slot_start (
-    .clk_i, .rst_ni, .event_i(gnss_start & enable[1]), .detail_i(1'b0), .low_i(low), .take_i(take[Start]), .drop_i(drop),
+    .clk_i, .rst_ni, .event_i(Gnss & gnss_start & enable[1]), .detail_i(1'b0), .low_i(low), .take_i(take[Start]), .drop_i(drop),
     .valid_o(valid[Start]), .overrun_o(overrun[Start]), .low_o(lows[Start*LowBits+:LowBits]), .detail_o(unused_start)
   );
   assign details[Start*DetailW+:DetailW] = {takt_pkg::GnssStart, 4'd0, 3'b000, 32'd0};
@@ -153,20 +156,20 @@ module takt_device #(
     for (genvar i = 0; i < Cameras; i++) begin : gen_camera
       localparam int S = FirstCamera + i;
       logic exposure_start;
-      logic [15:0] frame;
-      takt_exposure capture (
+      logic [FrameW-1:0] frame;
+      takt_exposure #(.FrameW(FrameW)) capture (
         .clk_i, .rst_ni, .enable_i(enable[8+i]), .invert_i(invert[8+i]), .pin_i(exposure_i[i]), .low_i(low),
         .take_i(take[S]), .drop_i(drop), .valid_o(valid[S]), .overrun_o(overrun[S]), .low_o(lows[S*LowBits+:LowBits]),
         .start_o(exposure_start), .frame_o(frame)
       );
-      assign details[S*DetailW+:DetailW] = {takt_pkg::Exposure, 4'(i), exposure_start, 2'b00, 16'd0, frame};
+      assign details[S*DetailW+:DetailW] = {takt_pkg::Exposure, 4'(i), exposure_start, 2'b00, 32'(frame)};
     end
 
     for (genvar i = 0; i < Triggers; i++) begin : gen_trigger
       localparam int S = FirstTrigger + i;
       logic sent, unused;
       takt_trigger #(.Width(TriggerW)) trigger (
-        .clk_i, .rst_ni, .run_i(run[i]), .last_i(last[i*TriggerW+:TriggerW]), .rise_i(rise[i*TriggerW+:TriggerW]),
+        .clk_i, .rst_ni, .run_i(run[i]), .last_i(last[i*TriggerW+:TriggerW]), .rise_i(TriggerPhase ? rise[i*TriggerW+:TriggerW] : '0),
         .fall_i(fall[i*TriggerW+:TriggerW]), .pin_o(trigger_o[i]), .event_o(sent)
       );
       takt_slot #(.Width(1)) slot (

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stamps both edges of a camera's exposure strobe. Both carry the number of their frame, which counts rising edges,
 // lost ones too: the host joins start and end by number and never by order.
-module takt_exposure (
+module takt_exposure #(
+  parameter int FrameW = 16
+) (
   input  logic                         clk_i,
   input  logic                         rst_ni,
   input  logic                         enable_i,
@@ -14,10 +16,10 @@ module takt_exposure (
   output logic                         overrun_o,
   output logic [takt_pkg::LowBits-1:0] low_o,
   output logic                         start_o,  // of the exposure; its end otherwise
-  output logic [15:0]                  frame_o
+  output logic [FrameW-1:0]            frame_o
 );
   logic level, rise, fall;
-  logic [15:0] frames_q, frame;
+  logic [FrameW-1:0] frames_q;
 
   takt_sync sync (.clk_i, .rst_ni, .pin_i, .invert_i, .level_o(level), .rise_o(rise), .fall_o(fall));
 
@@ -35,10 +37,9 @@ module takt_exposure (
     low_q   <= low_i;
     event_q <= rst_ni & enable_i & (rise | fall);
   end
-  assign frame = frames_q;
 
-  takt_slot #(.Width(17)) slot (
-    .clk_i, .rst_ni, .event_i(event_q), .detail_i({start_q, frame}), .low_i(low_q), .take_i, .drop_i,
+  takt_slot #(.Width(FrameW + 1)) slot (
+    .clk_i, .rst_ni, .event_i(event_q), .detail_i({start_q, frames_q}), .low_i(low_q), .take_i, .drop_i,
     .valid_o, .overrun_o, .low_o, .detail_o({start_o, frame_o})
   );
 endmodule
