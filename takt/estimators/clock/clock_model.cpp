@@ -129,7 +129,8 @@ double noise_cost(std::span<const PhaseSample> samples, const ClockNoise& noise)
   return std::isfinite(cost) ? cost : 1e300;
 }
 
-SmoothedClock smooth(std::span<const PhaseSample> samples, const ClockNoise& noise) {
+SmoothedClock smooth(std::span<const PhaseSample> samples, const ClockNoise& noise,
+                     std::span<const std::size_t> slips) {
   SmoothedClock out;
   if (samples.empty()) return out;
   const std::size_t n = samples.size();
@@ -142,6 +143,7 @@ SmoothedClock smooth(std::span<const PhaseSample> samples, const ClockNoise& noi
   z[0] = z_before[0] = filter.state();
   p[0] = p_before[0] = filter.covariance();
   for (std::size_t i = 1; i < n; ++i) {
+    if (std::binary_search(slips.begin(), slips.end(), i)) filter.loosen(0.05, 1e-6);
     out.used[i] = filter.observe(samples[i]);
     z_before[i] = filter.prior_state();
     p_before[i] = filter.prior_covariance();

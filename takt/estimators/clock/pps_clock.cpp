@@ -247,14 +247,28 @@ Panel frequency_panel(const Piece& p) {
   return panel;
 }
 
-/// rms of the forward prediction from one pulse to the next, outliers left out.
+/// rms of the forward prediction from one pulse to the next; slips and outliers are left out.
 double prediction_rms(const Piece& p) {
-  double sum = 0;
-  std::size_t n = 0;
+  std::vector<double> e;
   for (std::size_t i = std::min<std::size_t>(32, p.samples.size() / 4) + 1; i < p.samples.size(); ++i)
     if (p.clock.used[i] && p.samples[i].t_s - p.samples[i - 1].t_s == 1)
-      sum += p.clock.innovations_s[i] * p.clock.innovations_s[i], ++n;
+      e.push_back(std::abs(p.clock.innovations_s[i]));
+  if (e.empty()) return 0;
+  std::sort(e.begin(), e.end());
+  const double beyond = 6 * 1.4826 * e[e.size() / 2];
+  double sum = 0;
+  std::size_t n = 0;
+  for (; n < e.size() && (e[n] <= beyond || beyond <= 0); ++n) sum += e[n] * e[n];
   return n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 0;
+}
+
+/// Share of the intervals between captured edges that are not one good second, in percent.
+double irregular_percent(const PulseTrain& train) {
+  std::size_t good = 0;
+  for (const TrainSegment& s : train.segments)
+    for (std::size_t i = 1; i < s.pulses.size(); ++i)
+      good += s.pulses[i].second - s.pulses[i - 1].second == 1 && s.pulses[i].index - s.pulses[i - 1].index == 1;
+  return 100 - 100.0 * static_cast<double>(good) / static_cast<double>(std::max<std::size_t>(train.edges, 2) - 1);
 }
 
 /// Pulses as bounds on the offset: the edge lies within its tick, the pulse within its error.
@@ -323,6 +337,14 @@ void judge(const PulseTrain& train, const std::vector<Piece>& pieces, const Piec
     else
       e.doubt(Verdict::weak, what + fmt::format("; {:.0f} % of the pulses agree with the answer", 100 * share));
   }
+  if (!train.slips_s.empty()) {
+    double most = 0;
+    for (const double slip : train.slips_s) most = std::max(most, std::abs(slip));
+    e.doubt(Verdict::weak,
+            fmt::format("the counter's phase slips {} time{}, by up to {}: it loses ticks, or its oscillator jumps; "
+                        "the pieces follow",
+                        train.slips_s.size(), train.slips_s.size() > 1 ? "s" : "", rounded_time_words(most)));
+  }
   if (train.restarts > 0)
     e.doubt(
         Verdict::weak,
@@ -346,6 +368,8 @@ void add_extras(const PulseTrain& train, const Piece& main, Estimate& e) {
                       {}});
   std::size_t outliers = 0;
   for (const char used : main.clock.used) outliers += !used;
+  e.extras.push_back({"irregular_intervals_percent", irregular_percent(train), {}});
+  e.extras.push_back({"slips", static_cast<double>(train.slips_s.size()), {}});
   e.extras.push_back({"outliers", static_cast<double>(outliers), {}});
   e.extras.push_back({"tick_s", 1 / train.tick_hz, {}});
   e.extras.push_back({"rate_ppm", 1e6 * main.clock.at[main.clock.at.size() / 2].frequency,
@@ -410,10 +434,18 @@ PpsResult discipline(const PulseStream& pulses, const LabelStream& labels, const
             ? p.labels->gps_minus_count_s
             : static_cast<std::int64_t>(std::llround(static_cast<long double>(p.first_device_ns) / second_ns));
     if (const std::string word = take_off_qerr(p, labels, scale, options.qerr); !word.empty()) notes.push_back(word);
-    p.noise = fit_noise(p.samples, 1 / train.tick_hz);
-    p.clock = smooth(p.samples, p.noise);
+    // Noise is found where the clock runs undisturbed: the longest stretch between two slips.
+    std::size_t from = 0, to = 0, last = 0;
+    std::vector<std::size_t> ends = p.train->slips;
+    ends.push_back(p.samples.size());
+    for (const std::size_t end : ends) {
+      if (end - last > to - from) from = last, to = end;
+      last = end;
+    }
+    p.noise = fit_noise(std::span(p.samples).subspan(from, to - from), 1 / train.tick_hz);
+    p.clock = smooth(p.samples, p.noise, p.train->slips);
     std::vector<PhaseSample> kept;
-    for (std::size_t i = 0; i < p.samples.size(); ++i)
+    for (std::size_t i = from; i < to; ++i)
       if (p.clock.used[i]) kept.push_back(p.samples[i]);
     p.allan = allan_deviation(kept);
   }

@@ -12,9 +12,9 @@ namespace takt {
 
 namespace {
 
-constexpr double farthest_rate = 0.02;  // a counter is at most 2 % off
-constexpr std::size_t regular_run = 5;  // so many edges in step make a train
-constexpr double least_step_s = 1e-3;   // a smaller step is the oscillator's
+constexpr double farthest_rate = 0.02;   // a counter is at most 2 % off
+constexpr std::size_t regular_run = 5;   // so many edges in step make a train
+constexpr double another_edge_s = 0.02;  // a smaller step is the counter's own, not another edge's
 
 std::int64_t difference(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
@@ -113,21 +113,32 @@ void follow(const std::vector<EdgeAt>& e, double tick_hz, std::size_t restarts, 
   double last_residual = 0;
   std::vector<EdgeAt> strays;  // since the last edge that belonged to the train
 
+  const auto take = [&](const std::vector<EdgeAt>& run, std::int64_t first_second) {
+    const auto length = static_cast<double>(run.back().ticks - run.front().ticks);
+    per_second = length / std::round(length / per_second);
+    for (const EdgeAt& r : run) {
+      const double since = static_cast<double>(r.ticks - run.front().ticks) / per_second;
+      segment->pulses.push_back({first_second + static_cast<std::int64_t>(std::llround(since)), r.ticks, r.index});
+    }
+    last = run.back();
+    last_residual = 0;
+  };
   const auto open = [&](const std::vector<EdgeAt>& run) {
     if (segment) {
-      const double step = static_cast<double>(run.front().ticks - last.ticks) / per_second;
-      out.steps_s.push_back(step - std::round(step));
+      const double since = static_cast<double>(run.front().ticks - last.ticks) / per_second,
+                   step = since - std::round(since);
+      if (std::abs(step) < another_edge_s && since > 0.5) {
+        // The seconds are counted on; only the phase has slipped.
+        out.slips_s.push_back(step);
+        segment->slips.push_back(segment->pulses.size());
+        take(run, segment->pulses.back().second + static_cast<std::int64_t>(std::llround(since)));
+        return;
+      }
+      out.steps_s.push_back(step);
     }
     segment = &out.segments.emplace_back();
     segment->restarts = restarts;
-    per_second = static_cast<double>(run.back().ticks - run.front().ticks) /
-                 std::round(static_cast<double>(run.back().ticks - run.front().ticks) / per_second);
-    for (const EdgeAt& r : run)
-      segment->pulses.push_back(
-          {static_cast<std::int64_t>(std::llround(static_cast<double>(r.ticks - run.front().ticks) / per_second)),
-           r.ticks, r.index});
-    last = run.back();
-    last_residual = 0;
+    take(run, 0);
   };
 
   for (const EdgeAt& edge : e) {
@@ -291,6 +302,7 @@ PulseTrain find_pulse_train(const PulseStream& stream, bool falling) {
                                     out.false_edges, out.edges, out.missing,
                                     100.0 * static_cast<double>(out.false_edges + out.missing) /
                                         static_cast<double>(std::max<std::size_t>(out.edges, 1))));
+  if (!out.slips_s.empty()) out.words.push_back(fmt::format("the counter's phase slips {} times", out.slips_s.size()));
   say(out.restarts, "restart of the counter");
   say(lost_captures, "capture lost by the device (from its sequence numbers)");
   return out;

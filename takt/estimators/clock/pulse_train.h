@@ -20,9 +20,10 @@ struct TrainPulse {
 /// Pulses that are counted through without doubt. A counter that starts again, or a phase that steps, begins a new one.
 struct TrainSegment {
   std::vector<TrainPulse> pulses;
-  double ticks_per_second = 0;  ///< median
-  std::size_t restarts = 0;     ///< of the counter before this segment
-  std::int64_t wrap_ticks = 0;  ///< added to the raw count of its first pulse
+  double ticks_per_second = 0;     ///< median
+  std::size_t restarts = 0;        ///< of the counter before this segment
+  std::int64_t wrap_ticks = 0;     ///< added to the raw count of its first pulse
+  std::vector<std::size_t> slips;  ///< indices of the first pulses after a step of the phase
 
   /// Where `ticks` falls, in seconds since the segment's first pulse: interpolated, beyond the ends extrapolated.
   [[nodiscard]] double second_at(std::int64_t ticks) const;
@@ -36,6 +37,7 @@ struct PulseTrain {
   std::size_t false_edges = 0;
   std::size_t missing = 0;      ///< seconds within segments that have no pulse
   std::size_t restarts = 0;     ///< of the counter
+  std::vector<double> slips_s;  ///< phase steps too small to be another edge: the counter lost or gained time
   std::vector<double> steps_s;  ///< phase steps between segments without a restart
   bool only_falling = false;
   bool two_trains = false;  ///< two edges a second, and nothing says which is the pulse
