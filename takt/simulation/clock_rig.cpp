@@ -187,21 +187,26 @@ void exchange(const ClockParameters& p, const Device& device, std::int64_t host_
   }
 }
 
-/// reference = device + offset, in pieces of a second each where the offset bends, else of ten.
-Estimate truth_of(const ClockParameters& p, const Device& device, const Scale& scale) {
+/// reference = device + offset, in pieces of a second (longer ones in long runs).
+Estimate truth_of(const ClockParameters& p, const Device& device, const Scale& scale, bool restarts) {
   Estimate truth;
   truth.method = "truth";
   truth.sensor = "board";
   truth.reference = "utc";
   truth.verdict = Verdict::trusted;
   truth.sigma_s = 0;
+  // A counter that starts again has two relations; the truth is that of the longer run.
+  const bool later = restarts && 2 * p.restart_at_s < p.duration_s;
+  const long double base = later ? device.count(p.restart_at_s) : 0;
   const auto device_ns = [&](std::int64_t t) {
     return static_cast<std::int64_t>(
-        std::llroundl(device.count(static_cast<double>(t)) * (1e9L / static_cast<long double>(p.tick_hz))));
+        std::llroundl((device.count(static_cast<double>(t)) - base) * (1e9L / static_cast<long double>(p.tick_hz))));
   };
-  const auto last = static_cast<std::int64_t>(p.duration_s);
+  const auto first = static_cast<std::int64_t>(later ? std::ceil(p.restart_at_s) : 0);
+  const auto last = static_cast<std::int64_t>(restarts && !later ? std::floor(p.restart_at_s) : p.duration_s);
   std::vector<std::int64_t> ends;
-  for (std::int64_t t = 0; t < last; t += 10) ends.push_back(t);
+  const std::int64_t step = std::max<std::int64_t>(1, (last - first) / 20000);
+  for (std::int64_t t = first; t < last; t += step) ends.push_back(t);
   if (scale.leap_at_s >= 0) ends.push_back(static_cast<std::int64_t>(scale.leap_at_s));
   std::sort(ends.begin(), ends.end());
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
@@ -236,8 +241,8 @@ ClockRecording simulate_clock(const ClockParameters& p, std::uint64_t seed) {
   talk(p, device, errors, scale, seed, out);
   const std::int64_t host_start_ns = scale.utc_ns(0) + 7'000'000'000'000;  // the host's clock is nobody's time
   exchange(p, device, host_start_ns, seed, out);
-  out.truth = truth_of(p, device, scale);
-  Estimate host = truth_of(p, device, {scale.first_gps_s, scale.before, scale.before, -1});
+  out.truth = truth_of(p, device, scale, p.restart_at_s >= 0);
+  Estimate host = truth_of(p, device, {scale.first_gps_s, scale.before, scale.before, -1}, false);
   host.reference = "host";
   for (OffsetPiece& piece : host.pieces) piece.offset += Duration(7'000'000'000'000);
   host.offset = *host.offset + Duration(7'000'000'000'000);

@@ -57,38 +57,21 @@ ClockJob with_input(ClockJob job) {
   return job;
 }
 
-LabelStream read_labels(const ClockJob& job, std::vector<std::string>& files) {
-  LabelStream all;
+std::vector<LabelStream> read_labels(const ClockJob& job, std::vector<std::string>& files) {
+  std::vector<LabelStream> logs;
   for (const std::string& path : job.labels) {
-    LabelStream one = read_gnss_log(path);
+    LabelStream log = read_gnss_log(path);
     files.push_back(path);
     std::string arrivals = job.arrivals;
     if (const std::string beside = path + ".arrivals.csv"; arrivals.empty() && fs::is_regular_file(beside))
       arrivals = beside;
     if (!arrivals.empty()) {
-      stamp_arrivals(one, arrivals);
+      stamp_arrivals(log, arrivals);
       files.push_back(arrivals);
     }
-    if (job.labels.size() == 1) return one;
-    const auto append = [](auto& to, auto& from) {
-      to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
-    };
-    append(all.labels, one.labels);
-    append(all.pulse_errors, one.pulse_errors);
-    append(all.leap_notices, one.leap_notices);
-    append(all.events, one.events);
-    append(all.receiver_clock, one.receiver_clock);
-    append(all.counts, one.counts);
-    append(all.notes, one.notes);
-    all.broken += one.broken;
-    all.garbage_bytes += one.garbage_bytes;
-    if (one.arrival_hz) all.arrival_hz = one.arrival_hz;
+    logs.push_back(std::move(log));
   }
-  // Two logs of one receiver: in the order of arrival, so that the counter's wraps can be followed.
-  std::stable_sort(all.labels.begin(), all.labels.end(), [](const TimeLabel& a, const TimeLabel& b) {
-    return a.arrival_ticks && b.arrival_ticks && *a.arrival_ticks < *b.arrival_ticks;
-  });
-  return all;
+  return logs;
 }
 
 void add_counts(const LabelStream& labels, Estimate& e) {
@@ -130,8 +113,7 @@ std::string stamp_json(std::int64_t device_ns, const DisciplinedStamp& s) {
 ClockOutcome relate_clocks(const ClockJob& asked) {
   const ClockJob job = with_input(asked);
   ClockOutcome out;
-  LabelStream labels;
-  if (!job.labels.empty()) labels = read_labels(job, out.files);
+  const std::vector<LabelStream> logs = read_labels(job, out.files);
   std::optional<Estimate> exchanges;
   if (!job.pairs.empty()) {
     const PairStream pairs = read_pairs_csv(job.pairs, job.csv);
@@ -142,7 +124,7 @@ ClockOutcome relate_clocks(const ClockJob& asked) {
   if (!job.pps.empty()) {
     const PulseStream pulses = read_pulses_csv(job.pps, job.csv);
     out.files.push_back(job.pps);
-    PpsResult found = discipline(pulses, labels, job.pulses);
+    PpsResult found = discipline(pulses, logs, job.pulses);
     out.estimate = std::move(found.estimate);
     out.stamps = std::move(found.stamps);
     if (exchanges) {
@@ -156,12 +138,12 @@ ClockOutcome relate_clocks(const ClockJob& asked) {
   } else if (exchanges) {
     out.estimate = *exchanges;
   } else if (!job.labels.empty()) {
-    out.estimate = labels_alone(labels, job.labels.front());
+    out.estimate = labels_alone(logs.front(), job.labels.front());
   } else {
     throw Error("nothing to compare", "takt clock",
                 "give a folder, or --pps FILE with --nmea or --ubx FILE, or --pairs FILE");
   }
-  add_counts(labels, out.estimate);
+  for (const LabelStream& log : logs) add_counts(log, out.estimate);
   return out;
 }
 

@@ -57,7 +57,7 @@ bool ClockFilter::observe(const PhaseSample& s, double gate_sigmas) {
   const Eigen::Matrix4d f = transition(noise_, dt);
   z_ = f * z_;
   p_ = f * p_ * f.transpose() + process(noise_, dt);
-  if (rejected_ >= rejected_in_a_row) {
+  if (rejected_ >= rejected_in_a_row && !std::isnan(s.phase_s)) {
     // So many in a row are right, and the prediction is wrong: the phase or the frequency has stepped.
     loosen(std::abs(s.phase_s - z_(0)), std::abs(s.phase_s - z_(0)) / std::max(1.0, static_cast<double>(rejected_)));
     rejected_ = 0;
@@ -67,6 +67,8 @@ bool ClockFilter::observe(const PhaseSample& s, double gate_sigmas) {
   t_s_ = s.t_s;
   const Eigen::Vector4d ph = p_.col(0) + p_.col(3);
   innovation_var_ = ph(0) + ph(3) + noise_.white_phase_s2;
+  innovation_ = 0;
+  if (std::isnan(s.phase_s)) return false;
   innovation_ = s.phase_s - z_(0) - z_(3);
   if (innovation_ * innovation_ > gate_sigmas * gate_sigmas * innovation_var_) {
     ++rejected_;

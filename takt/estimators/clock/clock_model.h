@@ -101,6 +101,7 @@ struct SmoothedClock {
   std::vector<char> used;
   std::vector<double> innovations_s;  ///< one a sample, against the forward prediction
 };
+/// A sample whose phase is NaN asks for an instant without adding to what is known.
 /// `slips` are indices before which the phase is known to have stepped.
 [[nodiscard]] SmoothedClock smooth(std::span<const PhaseSample> samples, const ClockNoise& noise,
                                    std::span<const std::size_t> slips = {});

@@ -228,20 +228,37 @@ OffsetPiece piece_of(const Window& w, std::int64_t start_ns) {
   return p;
 }
 
-/// How far the true offset may be from a straight line within a window: from what neighbours' slopes differ by.
-double allowance_ns(std::span<const ClockPair> p, const std::vector<Window>& windows, bool two_way) {
+/// How far the true offset may be from a straight line within a window, D·L²/8 for a drift that changes by D: from what
+/// neighbours' slopes differ by. `beyond_noise` takes off what their own errors explain.
+double sag_allowance_ns(std::span<const ClockPair> p, const std::vector<Window>& windows, bool two_way,
+                        bool beyond_noise) {
   std::vector<Window> parts = windows;
   if (parts.size() == 1 && p.size() >= 2 * least_in_window) parts = fit_windows(p, two_way, 2);
-  double most = 0;
+  const Window& w = windows[windows.size() / 2];
+  const auto length = static_cast<double>(p[w.first + w.count - 1].device_ns - p[w.first].device_ns);
+  double most = 0, sum = 0, n = 0;
   for (std::size_t i = 1; i < parts.size(); ++i) {
     if (!parts[i].fits || !parts[i - 1].fits) continue;
     const auto apart = static_cast<double>(parts[i].line.epoch_ns - parts[i - 1].line.epoch_ns);
-    const double change = std::abs(static_cast<double>(parts[i].line.drift - parts[i - 1].line.drift));
-    const auto length =
-        static_cast<double>(p[windows[0].first + windows[0].count - 1].device_ns - p[windows[0].first].device_ns);
-    most = std::max(most, change / std::max(apart, 1.0) * length * length / 8);
+    const auto change = static_cast<double>(parts[i].line.drift - parts[i - 1].line.drift);
+    const double own =
+        parts[i].drift_sigma * parts[i].drift_sigma + parts[i - 1].drift_sigma * parts[i - 1].drift_sigma;
+    const double rate = 1 / std::max(apart, 1.0) * length * length / 8;
+    most = std::max(most, std::abs(change) * rate);
+    sum += (change * change - own) * rate * rate;
+    n += 1;
   }
-  return most;
+  if (!beyond_noise) return most;
+  // One pair of halves must be well beyond its noise; of many windows the mean tells.
+  if (n == 1 && sum < 3 * (most * most - sum)) return 0;
+  return n > 0 ? std::sqrt(std::max(sum / n, 0.0)) : 0;
+}
+
+/// A piece says one σ for all of its length: the offset's, the drift's over it, and what a straight line leaves out.
+double over_length_s(const Window& w, std::span<const ClockPair> p, double sag_ns) {
+  const auto length = static_cast<double>(p[w.first + w.count - 1].device_ns - p[w.first].device_ns);
+  return 1e-9 * std::sqrt(w.offset_sigma_ns * w.offset_sigma_ns + w.drift_sigma * w.drift_sigma * length * length / 12 +
+                          sag_ns * sag_ns / 11);
 }
 
 Panel offset_panel(std::span<const ClockPair> p, bool two_way, const std::vector<Window>& windows,
@@ -291,19 +308,22 @@ Estimate by_hull(const Tidy& tidy, const PairStream& s, const PairOptions& optio
   const OffsetPiece main = piece_of(m, p.front().device_ns);
   e.epoch = main.epoch;
   e.offset = main.offset;
-  e.sigma_s = main.sigma_s;
+  const double bend = sag_allowance_ns(p, windows, s.two_way, true);
+  e.sigma_s = std::hypot(main.sigma_s, 1e-9 * bend / 3);
   e.drift = main.drift;
   e.drift_sigma = m.drift_sigma;
   if (windows.size() > 1)
-    for (std::size_t k = 0; k < windows.size(); ++k)
-      e.pieces.push_back(piece_of(windows[k], k == 0 ? p.front().device_ns : p[windows[k].first].device_ns));
+    for (const Window& w : windows) {
+      e.pieces.push_back(piece_of(w, p[w.first].device_ns));
+      e.pieces.back().sigma_s = over_length_s(w, p, bend);
+    }
   e.evidence.panels.push_back(offset_panel(p, s.two_way, windows, m.line));
   const double length_s = 1e-9 * static_cast<double>(p.back().device_ns - p.front().device_ns);
   e.extras.push_back({"window_s", length_s / static_cast<double>(windows.size()), {}});
   if (s.two_way) {
     BoundHull upper(BoundHull::Side::upper_bounds), lower(BoundHull::Side::lower_bounds);
     for (const ClockPair& x : p.subspan(m.first, m.count)) upper.add(upper_of(x)), lower.add(lower_of(x));
-    const double slack = allowance_ns(p, windows, true);
+    const double slack = sag_allowance_ns(p, windows, true, false);
     if (const auto bounds = bounds_at(lower, upper, m.line.epoch_ns, slack)) {
       e.extras.push_back({"offset_lower_s", 1e-9 * static_cast<double>(std::floor(bounds->lower_ns)), {}});
       e.extras.push_back({"offset_upper_s", 1e-9 * static_cast<double>(std::ceil(bounds->upper_ns)), {}});
@@ -320,10 +340,10 @@ Estimate by_hull(const Tidy& tidy, const PairStream& s, const PairOptions& optio
     const Bound a = upper.corners()[i];
     const long double here =
         static_cast<long double>(a.o_ns) + m.line.drift * static_cast<long double>(m.line.epoch_ns - a.s_ns);
-    e.extras.push_back(
-        {"offset_upper_s",
-         1e-9 * static_cast<double>(std::ceil(here + allowance_ns(p, windows, false) + 3 * m.offset_sigma_ns)),
-         {}});
+    e.extras.push_back({"offset_upper_s",
+                        1e-9 * static_cast<double>(std::ceil(here + sag_allowance_ns(p, windows, false, false) +
+                                                             3 * m.offset_sigma_ns)),
+                        {}});
   }
   if (p.size() < 8) e.doubt(Verdict::weak, fmt::format("only {} exchanges", p.size()));
   return e;

@@ -28,7 +28,9 @@ struct Piece {
   const SegmentLabels* labels = nullptr;
   std::vector<PhaseSample> samples;  // device minus reference, since the first pulse
   ClockNoise noise;
-  SmoothedClock clock;
+  SmoothedClock clock;            // one a sample
+  std::vector<PhaseSample> grid;  // the samples, and instants in the gaps between them
+  SmoothedClock grid_clock;
   std::vector<AllanPoint> allan;
   std::int64_t first_gps_s = 0;  // of the first pulse; without labels a whole number near the device's own
   std::int64_t first_device_ns = 0;
@@ -52,6 +54,27 @@ void take_samples(Piece& piece, double tick_hz) {
   }
 }
 
+/// Runs the clock over samples and gaps: in a gap σ grows and shrinks again, and the answer must say so.
+void run_clock(Piece& p) {
+  std::vector<std::size_t> slips, place;
+  for (std::size_t i = 0; i < p.samples.size(); ++i) {
+    if (i > 0) {
+      const double from = p.samples[i - 1].t_s, length = p.samples[i].t_s - from;
+      const double instants = std::min(length, 64.0);
+      for (double k = 1; k < instants; ++k) p.grid.push_back({from + std::floor(k * length / instants), std::nan("")});
+    }
+    if (std::binary_search(p.train->slips.begin(), p.train->slips.end(), i)) slips.push_back(p.grid.size());
+    place.push_back(p.grid.size());
+    p.grid.push_back(p.samples[i]);
+  }
+  p.grid_clock = smooth(p.grid, p.noise, slips);
+  for (const std::size_t k : place) {
+    p.clock.at.push_back(p.grid_clock.at[k]);
+    p.clock.used.push_back(p.grid_clock.used[k]);
+    p.clock.innovations_s.push_back(p.grid_clock.innovations_s[k]);
+  }
+}
+
 double roughness(const std::vector<PhaseSample>& s, const std::vector<double>& off, double sign) {
   std::vector<double> d;
   for (std::size_t i = 2; i < s.size(); ++i)
@@ -69,11 +92,13 @@ double roughness(const std::vector<PhaseSample>& s, const std::vector<double>& o
 }
 
 /// Takes off what the receiver says of each pulse, if that makes them smoother; the sign is checked by the same means.
-std::string take_off_qerr(Piece& piece, const LabelStream& labels, const LabelledTrain& scale,
+std::string take_off_qerr(Piece& piece, const std::vector<LabelStream>& logs, const LabelledTrain& scale,
                           const std::string& mode) {
-  if (mode == "off" || labels.pulse_errors.empty() || !piece.labels->known) return "";
+  std::vector<PulseError> errors;
+  for (const LabelStream& log : logs) errors.insert(errors.end(), log.pulse_errors.begin(), log.pulse_errors.end());
+  if (mode == "off" || errors.empty() || !piece.labels->known) return "";
   std::map<std::int64_t, double> by_second;
-  for (const PulseError& e : labels.pulse_errors) {
+  for (const PulseError& e : errors) {
     std::int64_t gps_s = (e.time_ns + second_ns / 2) / second_ns;
     if (e.scale == LabelScale::utc) {
       const std::int64_t unix_s = gps_s - gps_epoch_utc_s;
@@ -116,38 +141,39 @@ struct Anchor {
   std::int64_t device_ns, offset_ns;
   double sigma_s, drift;
 };
-Anchor anchor(const Piece& p, std::size_t i, const LabelledTrain& scale, const PpsOptions& o) {
-  const auto second = static_cast<std::int64_t>(p.samples[i].t_s);
-  const double phase_s = p.clock.at[i].phase_s;
-  const auto phase_ns = static_cast<std::int64_t>(std::llround(phase_s * 1e9));
+Anchor anchor(const Piece& p, double t_s, const ClockPrediction& at, const LabelledTrain& scale, const PpsOptions& o) {
+  const auto second = static_cast<std::int64_t>(t_s);
+  const auto phase_ns = static_cast<std::int64_t>(std::llround(at.phase_s * 1e9));
   Anchor a{};
   a.device_ns = p.first_device_ns + second * second_ns + phase_ns;
   a.offset_ns = reference_ns(p, second, scale, o) - a.device_ns;
-  a.sigma_s = std::max(p.clock.at[i].phase_sigma_s, 0.3e-9);  // results are whole ns
-  a.drift = -p.clock.at[i].frequency / (1 + p.clock.at[i].frequency);
+  a.sigma_s = std::max(at.phase_sigma_s, 0.3e-9);  // results are whole ns
+  a.drift = -at.frequency / (1 + at.frequency);
   return a;
 }
 
 /// Knots as far apart as straight lines between them stay within a small part of σ.
 std::vector<std::size_t> knots(const Piece& p) {
   std::vector<std::size_t> out{0};
-  const std::size_t n = p.samples.size();
-  const auto& at = p.clock.at;
+  const std::size_t n = p.grid.size();
+  const auto& at = p.grid_clock.at;
   std::size_t length = 64;
   while (out.back() + 1 < n) {
     const std::size_t a = out.back();
     length = std::min(2 * length, n - 1 - a);
     while (length > 1) {
       const std::size_t b = a + length;
-      const double dt = p.samples[b].t_s - p.samples[a].t_s;
+      const double dt = p.grid[b].t_s - p.grid[a].t_s;
       double worst = 0;
       for (std::size_t k = 1; k < 16; ++k) {
         const std::size_t m = a + k * length / 16;
-        const double straight =
-            at[a].phase_s + (at[b].phase_s - at[a].phase_s) * (p.samples[m].t_s - p.samples[a].t_s) / dt;
+        const double straight = at[a].phase_s + (at[b].phase_s - at[a].phase_s) * (p.grid[m].t_s - p.grid[a].t_s) / dt;
         worst = std::max(worst, std::abs(at[m].phase_s - straight) - std::max(0.25 * at[m].phase_sigma_s, 0.5e-9));
       }
-      if (worst <= 0) break;
+      double least = at[a].phase_sigma_s, most = least;
+      for (std::size_t m = a; m <= b; ++m)
+        least = std::min(least, at[m].phase_sigma_s), most = std::max(most, at[m].phase_sigma_s);
+      if (worst <= 0 && most < 2 * std::max(least, 0.3e-9)) break;
       length = length / 2;
     }
     length = std::max<std::size_t>(length, 1);
@@ -163,14 +189,14 @@ void add_pieces(const Piece& p, const LabelledTrain& scale, const PpsOptions& o,
     for (std::int64_t s = 1; s <= p.train->pulses.back().second; ++s)
       if (scale.gps_minus_utc_s(p.first_gps_s + s) != scale.gps_minus_utc_s(p.first_gps_s + s - 1)) leaps.push_back(s);
   for (std::size_t i = 0; i + 1 < k.size(); ++i) {
-    const Anchor a = anchor(p, k[i], scale, o), b = anchor(p, k[i + 1], scale, o);
+    const Anchor a = anchor(p, p.grid[k[i]].t_s, p.grid_clock.at[k[i]], scale, o),
+                 b = anchor(p, p.grid[k[i + 1]].t_s, p.grid_clock.at[k[i + 1]], scale, o);
     OffsetPiece piece;
     piece.start = from_ns(a.device_ns);
     piece.epoch = piece.start;
     piece.offset = Duration(a.offset_ns);
     // A leap second between the knots is a piece of its own, not a slope.
-    const auto from = static_cast<std::int64_t>(p.samples[k[i]].t_s),
-               to = static_cast<std::int64_t>(p.samples[k[i + 1]].t_s);
+    const auto from = static_cast<std::int64_t>(p.grid[k[i]].t_s), to = static_cast<std::int64_t>(p.grid[k[i + 1]].t_s);
     std::int64_t leap_ns = 0, leap_at = 0;
     for (const std::int64_t s : leaps)
       if (s > from && s <= to) {
@@ -181,6 +207,8 @@ void add_pieces(const Piece& p, const LabelledTrain& scale, const PpsOptions& o,
     piece.drift =
         static_cast<double>(b.offset_ns - leap_ns - a.offset_ns) / static_cast<double>(b.device_ns - a.device_ns);
     piece.sigma_s = std::max(a.sigma_s, b.sigma_s);
+    for (std::size_t m = k[i]; m < k[i + 1]; ++m)
+      piece.sigma_s = std::max(piece.sigma_s, p.grid_clock.at[m].phase_sigma_s);
     e.pieces.push_back(piece);
     if (leap_ns != 0 && leap_at < to) {
       OffsetPiece after = piece;
@@ -410,15 +438,15 @@ double holdover_sigma_s(const ClockPrediction& last, const ClockNoise& n, double
   return std::sqrt(std::max({model, x * x, seen * seen}));
 }
 
-PpsResult discipline(const PulseStream& pulses, const LabelStream& labels, const PpsOptions& options) {
+PpsResult discipline(const PulseStream& pulses, const std::vector<LabelStream>& logs, const PpsOptions& options) {
   if (options.reference != "utc" && options.reference != "gps")
     throw std::invalid_argument("reference must be utc or gps, not " + options.reference);
   PpsResult out;
   const PulseTrain train = find_pulse_train(pulses, options.falling_edge);
-  const LabelledTrain scale = label_train(train, pulses, labels, options.labels);
+  const LabelledTrain scale = label_train(train, pulses, logs, options.labels);
   const bool own_labels =
       std::any_of(pulses.pulses.begin(), pulses.pulses.end(), [](const Pulse& p) { return p.label_utc_s.has_value(); });
-  const bool labels_given = own_labels || !labels.counts.empty() || !labels.labels.empty();
+  const bool labels_given = own_labels || !logs.empty();
 
   std::vector<Piece> pieces;
   std::vector<std::string> notes;
@@ -433,7 +461,7 @@ PpsResult discipline(const PulseStream& pulses, const LabelStream& labels, const
         p.labels->known
             ? p.labels->gps_minus_count_s
             : static_cast<std::int64_t>(std::llround(static_cast<long double>(p.first_device_ns) / second_ns));
-    if (const std::string word = take_off_qerr(p, labels, scale, options.qerr); !word.empty()) notes.push_back(word);
+    if (const std::string word = take_off_qerr(p, logs, scale, options.qerr); !word.empty()) notes.push_back(word);
     // Noise is found where the clock runs undisturbed: the longest stretch between two slips.
     std::size_t from = 0, to = 0, last = 0;
     std::vector<std::size_t> ends = p.train->slips;
@@ -443,7 +471,7 @@ PpsResult discipline(const PulseStream& pulses, const LabelStream& labels, const
       last = end;
     }
     p.noise = fit_noise(std::span(p.samples).subspan(from, to - from), 1 / train.tick_hz);
-    p.clock = smooth(p.samples, p.noise, p.train->slips);
+    run_clock(p);
     std::vector<PhaseSample> kept;
     for (std::size_t i = from; i < to; ++i)
       if (p.clock.used[i]) kept.push_back(p.samples[i]);
@@ -466,7 +494,7 @@ PpsResult discipline(const PulseStream& pulses, const LabelStream& labels, const
   e.reference = main.labels->known ? options.reference : labels_given ? options.reference : "pps";
   e.verdict = Verdict::trusted;
   const std::size_t middle = main.samples.size() / 2;
-  const Anchor a = anchor(main, middle, scale, options);
+  const Anchor a = anchor(main, main.samples[middle].t_s, main.clock.at[middle], scale, options);
   e.epoch = from_ns(a.device_ns);
   e.offset = Duration(a.offset_ns);
   e.sigma_s = a.sigma_s;
@@ -495,7 +523,7 @@ PpsResult discipline(const PulseStream& pulses, const LabelStream& labels, const
   for (const Piece& p : pieces)
     for (std::size_t i = 0; i < p.samples.size(); ++i) {
       const auto second = static_cast<std::int64_t>(p.samples[i].t_s);
-      const Anchor at = anchor(p, i, scale, options);
+      const Anchor at = anchor(p, p.samples[i].t_s, p.clock.at[i], scale, options);
       PulseStamp stamp;
       stamp.index = p.train->pulses[i].index;
       stamp.device_ns = device_ns(p.train->pulses[i].ticks, train.tick_hz);

@@ -46,7 +46,8 @@ struct PpsResult {
   Estimate estimate;
   std::vector<PulseStamp> stamps;
 };
-[[nodiscard]] PpsResult discipline(const PulseStream& pulses, const LabelStream& labels,
+/// `logs`: what receivers said, each in its own order of arrival.
+[[nodiscard]] PpsResult discipline(const PulseStream& pulses, const std::vector<LabelStream>& logs,
                                    const PpsOptions& options = {});
 
 /// σ of a clock's time after `since_s` without pulses, from its noise levels: [σ_x² + σ_y²t² + (½·σ_d·t²)² + q1·t +

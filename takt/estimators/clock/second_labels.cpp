@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "takt/time/time_scales.h"
 
@@ -18,6 +19,7 @@ constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr std::int64_t rollover_s = 1024LL * 604800;
 constexpr double one_voice = 0.9;  // share of labels that must agree
 constexpr std::size_t least_votes = 3;
+constexpr const char* own_file = "the pulses' own file";
 constexpr std::int64_t table_ends_utc_s =
     1798761600;  // 2027-01-01: until then the table of leap seconds is known to hold
 
@@ -74,18 +76,22 @@ bool month_begins(std::int64_t utc_s) {
   return static_cast<unsigned>(day.day()) == 1;
 }
 
-/// Receivers whose week number has 10 bits jump back by 1024 weeks: votes that differ by just that are one vote.
+/// Receivers whose week number has 10 bits jump back by 1024 weeks: votes that differ by just that are one vote. The
+/// table's leap seconds are then those of the right date.
 bool undo_rollover(std::vector<Vote>& votes) {
   if (votes.empty()) return false;
+  constexpr std::int64_t most_leaps = 60;
   std::int64_t newest = votes.front().gps_minus_count;
   for (const Vote& v : votes) newest = std::max(newest, v.gps_minus_count);
   bool any = false;
-  for (Vote& v : votes)
-    if (const std::int64_t apart = newest - v.gps_minus_count;
-        apart > 0 && (apart + 60) / rollover_s > 0 && std::abs((apart + 60) % rollover_s - 60) <= 30) {
-      v.gps_minus_count += (apart + 60) / rollover_s * rollover_s;
-      any = true;
-    }
+  for (Vote& v : votes) {
+    const std::int64_t apart = newest - v.gps_minus_count, times = (apart + most_leaps) / rollover_s;
+    if (times < 1 || std::abs(apart - times * rollover_s) > (v.by_table ? most_leaps : 1)) continue;
+    v.utc_s += times * rollover_s;
+    v.gps_minus_count += times * rollover_s;
+    if (v.by_table) v.gps_minus_count = to_ns(to_gps(from_ns<Utc>(v.utc_s * second_ns))) / second_ns - v.count;
+    any = true;
+  }
   return any;
 }
 
@@ -238,11 +244,12 @@ std::int64_t LabelledTrain::utc_ns(std::int64_t gps_ns) const {
   return gps_ns + (gps_epoch_utc_s - gps_minus_utc_s(floor_div(gps_ns, second_ns))) * second_ns;
 }
 
-LabelledTrain label_train(const PulseTrain& train, const PulseStream& pulses, const LabelStream& labels,
+LabelledTrain label_train(const PulseTrain& train, const PulseStream& pulses, const std::vector<LabelStream>& logs,
                           const LabelOptions& options) {
   LabelledTrain out;
   out.segments.resize(train.segments.size());
-  out.leaps = leaps_of_receiver(labels);
+  for (const LabelStream& labels : logs)
+    if (out.leaps.empty()) out.leaps = leaps_of_receiver(labels);
   std::vector<std::vector<Vote>> votes(train.segments.size());
 
   for (std::size_t k = 0; k < train.segments.size(); ++k)
@@ -250,63 +257,82 @@ LabelledTrain label_train(const PulseTrain& train, const PulseStream& pulses, co
       if (const auto& label = pulses.pulses[p.index].label_utc_s) {
         TimeLabel l;
         l.time_ns = *label * second_ns;
-        votes[k].push_back({on_gps(l, out.leaps).second - p.second, p.second, *label, true, "the pulses' own file"});
+        votes[k].push_back({on_gps(l, out.leaps).second - p.second, p.second, *label, true, own_file});
       }
 
-  // Arrivals in seconds are ns on the pulses' clock.
-  const auto in_ticks = [&](std::int64_t arrival) {
-    if (!labels.arrival_hz || *labels.arrival_hz == train.tick_hz) return arrival;
-    return static_cast<std::int64_t>(
-        std::llroundl(static_cast<long double>(arrival) * train.tick_hz / *labels.arrival_hz));
-  };
-  CountExtender extender(labels.arrival_hz ? 64 : train.bits, train.tick_hz);
-  std::map<std::string, std::int64_t> last;
-  std::size_t unplaced = 0, without_arrival = 0;
-  for (const TimeLabel& l : labels.labels) {
-    if (!l.arrival_ticks) {
-      ++without_arrival;
-      continue;
+  std::size_t unplaced = 0, without_arrival = 0, label_count = 0;
+  std::vector<std::int64_t> unresolved_until(train.segments.size(), -1);
+  for (const LabelStream& labels : logs) {
+    label_count += labels.labels.size();
+    // Arrivals in seconds are ns on the pulses' clock.
+    const auto in_ticks = [&](std::int64_t arrival) {
+      if (!labels.arrival_hz || *labels.arrival_hz == train.tick_hz) return arrival;
+      return static_cast<std::int64_t>(
+          std::llroundl(static_cast<long double>(arrival) * train.tick_hz / *labels.arrival_hz));
+    };
+    CountExtender extender(labels.arrival_hz ? 64 : train.bits, train.tick_hz);
+    std::map<std::string, std::int64_t> last;
+    for (const TimeLabel& l : labels.labels) {
+      if (!l.arrival_ticks) {
+        ++without_arrival;
+        continue;
+      }
+      const ExtendedCount at = extender.extend(in_ticks(*l.arrival_ticks));
+      // The segment of the same run of the counter that the label falls into, or the last one before it.
+      std::optional<std::size_t> segment;
+      for (std::size_t k = 0; k < train.segments.size(); ++k) {
+        const TrainSegment& s = train.segments[k];
+        if (s.restarts != at.restarts) continue;
+        if (!segment || s.pulses.front().ticks <= at.ticks) segment = k;
+      }
+      if (!segment) {
+        ++unplaced;
+        continue;
+      }
+      const TrainSegment& s = train.segments[*segment];
+      SegmentLabels& found = out.segments[*segment];
+      const bool is_stale = stale(l, last);
+      if (l.leap_resolved && !*l.leap_resolved && l.valid)
+        unresolved_until[*segment] =
+            std::max(unresolved_until[*segment], static_cast<std::int64_t>(s.second_at(at.ticks)) + 1);
+      if (!l.valid) {
+        ++found.unvouched;
+        continue;
+      }
+      if (is_stale) {
+        ++found.stale;
+        continue;
+      }
+      const GpsLabel g = on_gps(l, out.leaps);
+      double u = s.second_at(at.ticks);
+      if (u < 0 || u > static_cast<double>(s.pulses.back().second) + 60) {
+        ++unplaced;
+        continue;
+      }
+      if (!l.names_next) u -= g.fraction;
+      const double n = std::floor(u), late = u - n;
+      if (late < options.earliest_s || late > options.latest_s) {
+        ++found.in_guard;
+        continue;
+      }
+      const auto count = static_cast<std::int64_t>(n) + (l.names_next ? 1 : 0);
+      votes[*segment].push_back({g.second - count, count, g.utc_s, g.by_table, l.source});
     }
-    const ExtendedCount at = extender.extend(in_ticks(*l.arrival_ticks));
-    // The segment of the same run of the counter that the label falls into, or the last one before it.
-    std::optional<std::size_t> segment;
-    for (std::size_t k = 0; k < train.segments.size(); ++k) {
-      const TrainSegment& s = train.segments[k];
-      if (s.restarts != at.restarts) continue;
-      if (!segment || s.pulses.front().ticks <= at.ticks) segment = k;
-    }
-    if (!segment) {
-      ++unplaced;
-      continue;
-    }
-    const TrainSegment& s = train.segments[*segment];
-    SegmentLabels& found = out.segments[*segment];
-    const bool is_stale = stale(l, last);
-    if (!l.valid) {
-      ++found.unvouched;
-      continue;
-    }
-    if (is_stale) {
-      ++found.stale;
-      continue;
-    }
-    const GpsLabel g = on_gps(l, out.leaps);
-    double u = s.second_at(at.ticks);
-    if (u < 0 || u > static_cast<double>(s.pulses.back().second) + 60) {
-      ++unplaced;
-      continue;
-    }
-    if (!l.names_next) u -= g.fraction;
-    const double n = std::floor(u), late = u - n;
-    if (late < options.earliest_s || late > options.latest_s) {
-      ++found.in_guard;
-      continue;
-    }
-    const auto count = static_cast<std::int64_t>(n) + (l.names_next ? 1 : 0);
-    votes[*segment].push_back({g.second - count, count, g.utc_s, g.by_table, l.source});
   }
-  const bool blind = without_arrival > 0 && without_arrival == labels.labels.size();
-  if (blind && options.same_start) vote_by_order(train, labels, votes, out);
+  const std::size_t before = std::accumulate(votes.begin(), votes.end(), std::size_t{0},
+                                             [](std::size_t n, const auto& v) { return n + v.size(); });
+  std::size_t behind = 0;
+  for (std::size_t k = 0; k < votes.size(); ++k) {
+    std::erase_if(votes[k],
+                  [&](const Vote& v) { return v.by_table && v.source != own_file && v.count <= unresolved_until[k]; });
+    behind += votes[k].size();
+  }
+  if (behind < before)
+    out.words.push_back(fmt::format(
+        "{} labels in UTC came before the receiver knew its leap seconds and were not counted", before - behind));
+  const bool blind = without_arrival > 0 && without_arrival == label_count;
+  if (blind && options.same_start)
+    for (const LabelStream& labels : logs) vote_by_order(train, labels, votes, out);
   for (std::size_t k = 0; k < votes.size(); ++k) {
     decide(std::move(votes[k]), out.segments[k], out);
     if (!out.segments[k].known && blind && !options.same_start && out.segments[k].votes == 0)

@@ -43,7 +43,8 @@ struct LabelledTrain {
 };
 
 /// Pairs pulses and labels. A segment of which the labels do not speak with one voice stays ambiguous.
-[[nodiscard]] LabelledTrain label_train(const PulseTrain& train, const PulseStream& pulses, const LabelStream& labels,
-                                        const LabelOptions& options = {});
+/// Each of `logs` is in its own order of arrival.
+[[nodiscard]] LabelledTrain label_train(const PulseTrain& train, const PulseStream& pulses,
+                                        const std::vector<LabelStream>& logs, const LabelOptions& options = {});
 
 }  // namespace takt
