@@ -211,7 +211,11 @@ class Collector {
 
  private:
   void edge(const std::string& name, std::int64_t ticks, std::uint32_t sequence) {
-    stream(out_.pulses, name).pulses.push_back({ticks, Edge::rising, sequence, std::nullopt});
+    Pulse pulse;
+    pulse.ticks = ticks;
+    pulse.edge = Edge::rising;
+    pulse.sequence = sequence;
+    stream(out_.pulses, name).pulses.push_back(pulse);
   }
 
   /// Start and end are joined by their frame's number, and by nothing else.
