@@ -19,6 +19,7 @@ namespace takt::cli {
 const std::vector<AddVerb> all_verbs{
     add_inspect,
     add_align,
+    add_clock,
     add_pendulum,
     add_dial,
     add_track,

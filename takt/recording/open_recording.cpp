@@ -8,6 +8,7 @@
 #include "takt/recording/csv_log.h"
 #include "takt/recording/cut.h"
 #include "takt/recording/frame_folder.h"
+#include "takt/recording/gateware.h"
 #include "takt/recording/gopro.h"
 #include "takt/recording/ros1_bag.h"
 #include "takt/recording/tracks_folder.h"
@@ -26,6 +27,7 @@ const std::vector<Format>& formats() {
       {"GoPro video", is_gopro, read_gopro},
       {"video", is_video, read_video},
       {"ROS 1 bag", looks_like_ros1_bag, read_ros1_bag},
+      {"gateware capture", looks_like_gateware, read_gateware},
       {"CSV log", looks_like_csv_log, read_csv_log},
   };
   return table;

@@ -27,6 +27,7 @@ struct Pulse {
   Edge edge = Edge::unknown;
   std::optional<std::uint32_t> sequence;    ///< the channel's own number: a hole is an edge that was lost
   std::optional<std::int64_t> width_ticks;  ///< to the edge back, where both were captured
+  std::optional<std::int64_t> label_utc_s;  ///< the Unix second that the file itself gives to this pulse
 };
 
 struct PulseStream {
@@ -99,6 +100,13 @@ struct EventMark {
   bool valid = false;
 };
 
+/// What a receiver says of its own oscillator (NAV-CLOCK): GPS time = receiver time − bias.
+struct ReceiverClock {
+  std::int64_t gps_tow_ns = 0;  ///< time of the GPS week
+  double bias_s = 0, drift = 0;
+  double bias_sigma_s = 0, drift_sigma = 0;
+};
+
 /// All that a GNSS receiver said.
 struct LabelStream {
   std::string name;
@@ -106,6 +114,9 @@ struct LabelStream {
   std::vector<PulseError> pulse_errors;
   std::vector<LeapNotice> leap_notices;
   std::vector<EventMark> events;
+  std::vector<ReceiverClock> receiver_clock;
+  /// In what unit arrivals are: empty where it is the pulses' ticks, 1e9 where the log has seconds.
+  std::optional<double> arrival_hz;
   /// Messages by name ("GNRMC", "NAV-PVT"), all that passed their checksum; and what was passed over.
   struct Count {
     std::string message;

@@ -6,6 +6,7 @@
 #include <array>
 #include <filesystem>
 
+#include "takt/simulation/clock_rig.h"
 #include "takt/simulation/folder_writer.h"
 #include "takt/simulation/handheld_parameters.h"
 #include "takt/simulation/pendulum_film.h"
@@ -93,7 +94,31 @@ Estimate write_pendulum(const SimulationRequest& request) {
   return truth;
 }
 
-const std::array<SimulationKind, 2> kinds{{
+/// pps.csv, gnss.nmea and gnss.ubx with their arrivals, pairs.csv: what `takt clock DIR` reads.
+Estimate write_clock(const SimulationRequest& request) {
+  const auto p = parameters_for<ClockParameters>(request, "oscillator");
+  ClockRecording made = simulate_clock(p, request.seed);
+  made.truth.provenance.command = request.command;
+  made.truth.provenance.seed = request.seed;
+  std::string pps = "sequence,ticks\n", pairs = "request_ns,device_ns,response_ns\n";
+  for (const Pulse& pulse : made.pulses.pulses) pps += fmt::format("{},{}\n", *pulse.sequence, pulse.ticks);
+  for (const ClockPair& pair : made.pairs.pairs)
+    pairs += fmt::format("{},{},{}\n", pair.request_ns, pair.device_ns, pair.arrival_ns);
+  NewFolder folder(request.folder);
+  folder.write("pps.csv", fmt::format("# a counter of {} Hz, {} bits\n", p.tick_hz, p.counter_bits) + pps);
+  folder.write("gnss.nmea", made.nmea);
+  folder.write("gnss.nmea.arrivals.csv", made.nmea_arrivals);
+  folder.write("gnss.ubx", made.ubx);
+  folder.write("gnss.ubx.arrivals.csv", made.ubx_arrivals);
+  if (made.pairs.size() > 0) folder.write("pairs.csv", pairs);
+  folder.write("truth.json", truth_json(made.truth, "clock", parameters(p)));
+  folder.finish();
+  return made.truth;
+}
+
+const std::array<SimulationKind, 3> kinds{{
+    {"clock", "a counter with a 1PPS, a GNSS receiver's messages, and exchanges with a host",
+     [] { return parameters(ClockParameters{}); }, write_clock},
     {"handheld", "a camera and an IMU in a hand or on a vehicle, in a textured room",
      [] { return parameters(HandheldParameters{}); }, write_handheld},
     {"pendulum", "a camera before a dial and one or more IMUs on a pendulum's bob",

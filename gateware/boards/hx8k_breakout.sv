@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// iCE40-HX8K breakout board (CT256): 12 MHz to 96 MHz, host on the board's own USB at 3 Mbaud.
+module hx8k_breakout (
+  input  logic       clk_12mhz_i,
+  input  logic       uart_rx_i,
+  output logic       uart_tx_o,
+  input  logic       pps_i,
+  input  logic       gnss_rx_i,
+  input  logic [1:0] imu_ready_i,
+  input  logic [3:0] exposure_i,
+  output logic [3:0] trigger_o,
+  output logic       led_pulse_o
+);
+  logic clk, locked, rst_n;
+  SB_PLL40_CORE #(
+    .FEEDBACK_PATH("SIMPLE"), .DIVR(4'd0), .DIVF(7'd63), .DIVQ(3'd3), .FILTER_RANGE(3'd1)
+  ) pll (
+    .REFERENCECLK(clk_12mhz_i), .PLLOUTGLOBAL(clk), .LOCK(locked), .RESETB(1'b1), .BYPASS(1'b0)
+  );
+  takt_reset reset (.clk_i(clk), .locked_i(locked), .rst_no(rst_n));
+
+  takt_device #(.ClockHz(96_000_000), .HeartbeatLog2(25), .ClocksPerBit(32)) device (
+    .clk_i(clk), .rst_ni(rst_n), .pps_i, .gnss_rx_i, .imu_ready_i, .exposure_i, .trigger_o, .uart_rx_i, .uart_tx_o,
+    .spi_sclk_i(1'b0), .spi_cs_ni(1'b1), .spi_mosi_i(1'b0), .spi_miso_o(), .spi_miso_enable_o()
+  );
+  assign led_pulse_o = pps_i;
+endmodule
