@@ -15,12 +15,12 @@ namespace {
 
 constexpr double tick = 1 / 48e6;
 
-struct Run {
+struct Recorded {
   std::vector<PhaseSample> samples;
   std::vector<double> half;  // true phase every half second
 };
-Run run(const std::string& oscillator, const PulseNoise& noise, std::size_t seconds, std::uint64_t seed) {
-  Run out;
+Recorded record(const std::string& oscillator, const PulseNoise& noise, std::size_t seconds, std::uint64_t seed) {
+  Recorded out;
   OscillatorModel model = oscillator_model(oscillator);
   model.offset_ppm *= Random(seed, "beat").uniform(-2, 2);
   out.half = oscillator_phase(model, 2 * seconds + 2, 0.5, seed);
@@ -42,7 +42,7 @@ TEST(ClockModel, PredictsAheadWithHonestSigma) {
   for (const auto& row : rows) {
     double squares = 0, nees = 0, n = 0;
     for (std::uint64_t seed = 1; seed <= 2; ++seed) {
-      const Run r = run(row.oscillator, corrected, 2400, seed);
+      const Recorded r = record(row.oscillator, corrected, 2400, seed);
       ClockFilter filter;
       for (std::size_t i = 16; i < r.samples.size(); ++i) {
         const std::span<const PhaseSample> past(r.samples.data(), i + 1);
@@ -68,13 +68,13 @@ TEST(ClockModel, PredictsAheadWithHonestSigma) {
 
 TEST(ClockModel, ASlowWanderOfThePulsesIsNotTheOscillators) {
   const PulseNoise wandering{.white_s = 4.5e-9, .corrected = false, .wander_s = 7.5e-9, .wander_time_s = 40};
-  const Run r = run("ocxo", wandering, 4000, 1);
+  const Recorded r = record("ocxo", wandering, 4000, 1);
   const ClockNoise noise = fit_noise(r.samples, tick);
   EXPECT_NEAR(1e9 * std::sqrt(noise.wander_s2), 7.5, 2.5);
 }
 
 TEST(ClockModel, AStepIsFollowed) {
-  Run r = run("ocxo", {}, 400, 1);
+  Recorded r = record("ocxo", {}, 400, 1);
   for (std::size_t i = 200; i < 400; ++i) r.samples[i].phase_s += 3e-6;
   const ClockNoise noise = fit_noise(std::span(r.samples).first(200), tick);
   const SmoothedClock s = smooth(r.samples, noise);
@@ -98,7 +98,7 @@ TEST(Holdover, SigmaCoversWhatTheOscillatorDoes) {
   double inside = 0, all = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const PulseNoise corrected{.white_s = 3.7e-9, .sawtooth_s = 19.1e-9, .corrected = true};
-    const Run r = run("tcxo", corrected, 3000, seed);
+    const Recorded r = record("tcxo", corrected, 3000, seed);
     const std::span<const PhaseSample> known(r.samples.data(), 2000);
     const ClockNoise noise = fit_noise(known, tick);
     const SmoothedClock s = smooth(known, noise);

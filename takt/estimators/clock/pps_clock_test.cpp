@@ -10,6 +10,7 @@
 #include "takt/estimators/clock/pair_clock.h"
 #include "takt/recording/gnss_log.h"
 #include "takt/simulation/clock_rig.h"
+#include "takt/simulation/random.h"
 #include "takt/test_paths.h"
 
 namespace takt {
@@ -160,7 +161,7 @@ TEST(PpsClock, NothingToFindIsRefused) {
   PulseStream few;
   few.counter.tick_hz = 48e6;
   EXPECT_EQ(discipline(few, {}).estimate.verdict, Verdict::refused);
-  Random random(1, "noise");
+  takt::Random random(1, "noise");
   for (int i = 0; i < 300; ++i) few.pulses.push_back({.ticks = static_cast<std::int64_t>(random.uniform() * 48e8)});
   std::sort(few.pulses.begin(), few.pulses.end(), [](const Pulse& a, const Pulse& b) { return a.ticks < b.ticks; });
   EXPECT_NE(discipline(few, {}).estimate.verdict, Verdict::trusted);
