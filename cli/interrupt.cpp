@@ -4,6 +4,7 @@
 #include <pthread.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -29,6 +30,8 @@ Unfinished& unfinished() {
   return u;
 }
 
+std::atomic<bool> stop_first{false}, stopped{false};
+
 sigset_t ending_signals() {
   sigset_t set;
   sigemptyset(&set);
@@ -45,6 +48,7 @@ void guard_against_interrupts() {
   std::thread([set] {
     int signal = 0;
     if (sigwait(&set, &signal) != 0) return;
+    if (stop_first && !stopped.exchange(true) && sigwait(&set, &signal) != 0) return;
     Unfinished& u = unfinished();
     const std::lock_guard lock(u.mutex);  // kept: whoever would finish a file now waits until the process ends
     for (const fs::path& path : u.paths) {
@@ -55,6 +59,13 @@ void guard_against_interrupts() {
     pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
     raise(signal);
   }).detach();
+}
+
+void stop_on_interrupt() {
+  stop_first = true;
+}
+bool interrupted() {
+  return stopped;
 }
 
 RemovedOnInterrupt::RemovedOnInterrupt(fs::path path) : path_(std::move(path)) {

@@ -10,6 +10,11 @@ namespace takt::cli {
 /// by the same signal. Called once, before any thread is started.
 void guard_against_interrupts();
 
+/// For a verb that runs until it is told to stop: the first signal only makes `interrupted` true; a second one ends the
+/// process as usual.
+void stop_on_interrupt();
+[[nodiscard]] bool interrupted();
+
 /// A file or folder that is worth nothing unless finished: removed at an interrupt and by the destructor.
 class RemovedOnInterrupt {
  public:

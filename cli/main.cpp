@@ -20,6 +20,7 @@ const std::vector<AddVerb> all_verbs{
     add_inspect,
     add_align,
     add_clock,
+    add_listen,
     add_pendulum,
     add_dial,
     add_track,

@@ -27,6 +27,7 @@ using Action = std::function<int()>;
 using AddVerb = void (*)(CLI::App& app, Common& common, Action& action);
 void add_align(CLI::App& app, Common& common, Action& action);
 void add_clock(CLI::App& app, Common& common, Action& action);
+void add_listen(CLI::App& app, Common& common, Action& action);
 void add_inspect(CLI::App& app, Common& common, Action& action);
 void add_dial(CLI::App& app, Common& common, Action& action);
 void add_pendulum(CLI::App& app, Common& common, Action& action);

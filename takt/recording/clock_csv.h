@@ -11,8 +11,8 @@
 namespace takt {
 
 struct ClockCsvOptions {
-  std::optional<double> tick_hz;             ///< of a counter; nothing: found from the spacing, and said
-  std::optional<int> counter_bits;           ///< nothing: found where the counter wraps
+  std::optional<double> tick_hz = {};        ///< of a counter; nothing: found from the spacing, and said
+  std::optional<int> counter_bits = {};      ///< nothing: found where the counter wraps
   TimeUnit time_unit = TimeUnit::automatic;  ///< of stamps without a unit in the header
 };
 

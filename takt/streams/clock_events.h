@@ -25,9 +25,9 @@ enum class Edge : std::uint8_t { unknown, rising, falling };
 struct Pulse {
   std::int64_t ticks = 0;
   Edge edge = Edge::unknown;
-  std::optional<std::uint32_t> sequence;    ///< the channel's own number: a hole is an edge that was lost
-  std::optional<std::int64_t> width_ticks;  ///< to the edge back, where both were captured
-  std::optional<std::int64_t> label_utc_s;  ///< the Unix second that the file itself gives to this pulse
+  std::optional<std::uint32_t> sequence{};    ///< the channel's own number: a hole is an edge that was lost
+  std::optional<std::int64_t> width_ticks{};  ///< to the edge back, where both were captured
+  std::optional<std::int64_t> label_utc_s{};  ///< the Unix second that the file itself gives to this pulse
 };
 
 struct PulseStream {
@@ -43,7 +43,7 @@ struct PulseStream {
 struct FrameStrobe {
   std::int64_t start_ticks = 0;
   std::int64_t end_ticks = 0;
-  std::optional<std::uint32_t> sequence;
+  std::optional<std::uint32_t> sequence{};
 };
 
 struct StrobeStream {
@@ -66,9 +66,9 @@ struct TimeLabel {
   bool leap_second = false;  ///< the message says 23:59:60; time_ns then repeats 23:59:59
   bool names_next = false;   ///< the pulse to come (TIM-TP) rather than the one that has been
   /// Whether the receiver vouches for the leap seconds in a UTC label; empty: the format cannot say (NMEA).
-  std::optional<bool> leap_resolved;
-  std::optional<int> gps_minus_utc_s;         ///< the leap seconds that the receiver applied, where they show
-  std::optional<std::int64_t> arrival_ticks;  ///< when the first bit of the message came, on the pulses' counter
+  std::optional<bool> leap_resolved{};
+  std::optional<int> gps_minus_utc_s{};         ///< the leap seconds that the receiver applied, where they show
+  std::optional<std::int64_t> arrival_ticks{};  ///< when the first bit of the message came, on the pulses' counter
   std::uint64_t byte = 0;                     ///< where the message begins in its file
 };
 
@@ -84,9 +84,9 @@ struct PulseError {
 /// What a receiver knows of leap seconds (NAV-TIMELS).
 struct LeapNotice {
   std::int64_t gps_ns = 0;       ///< when it was said, modulo a week where no week is known
-  std::optional<int> current_s;  ///< GPS − UTC, where the receiver vouches for it
-  std::optional<int> change_s;   ///< +1, −1, 0: the next or last event
-  std::optional<std::int32_t> seconds_to_event;
+  std::optional<int> current_s{};  ///< GPS − UTC, where the receiver vouches for it
+  std::optional<int> change_s{};   ///< +1, −1, 0: the next or last event
+  std::optional<std::int32_t> seconds_to_event{};
 };
 
 /// An external event stamped by the receiver (TIM-TM2).
@@ -94,8 +94,8 @@ struct EventMark {
   int channel = 0;
   std::uint16_t count = 0;  ///< of rising edges
   LabelScale scale = LabelScale::gps;
-  std::optional<std::int64_t> rising_ns;  ///< on that scale
-  std::optional<std::int64_t> falling_ns;
+  std::optional<std::int64_t> rising_ns{};  ///< on that scale
+  std::optional<std::int64_t> falling_ns{};
   double accuracy_s = 0;
   bool valid = false;
 };
@@ -116,7 +116,7 @@ struct LabelStream {
   std::vector<EventMark> events;
   std::vector<ReceiverClock> receiver_clock;
   /// In what unit arrivals are: empty where it is the pulses' ticks, 1e9 where the log has seconds.
-  std::optional<double> arrival_hz;
+  std::optional<double> arrival_hz{};
   /// Messages by name ("GNRMC", "NAV-PVT"), all that passed their checksum; and what was passed over.
   struct Count {
     std::string message;

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "takt/error.h"
+#include "takt/recording/gateware.h"
 #include "takt/recording/gnss_log.h"
 #include "takt/time/time_scales.h"
 
@@ -74,6 +75,34 @@ std::vector<LabelStream> read_labels(const ClockJob& job, std::vector<std::strin
   return logs;
 }
 
+/// The gateware's own recording: pulses, the receiver's bytes with the count at which each burst began, exchanges.
+struct BoardLog {
+  PulseStream pulses;
+  std::vector<LabelStream> logs;
+  PairStream exchanges;
+  std::vector<std::string> notes;
+};
+BoardLog read_board(const std::string& path) {
+  GatewareCapture capture = read_gateware_capture(path);
+  BoardLog out;
+  for (PulseStream& stream : capture.pulses)
+    if (stream.name == "pps") out.pulses = std::move(stream);
+  if (out.pulses.pulses.empty())
+    throw Error("holds no pulses of a receiver", path, "is its 1PPS connected and enabled?");
+  LabelStream& log = out.logs.emplace_back();
+  GnssDecoder decoder;
+  for (std::size_t k = 0; k < capture.bursts.size(); ++k) {
+    const std::size_t from = capture.bursts[k].first;
+    const std::size_t to = k + 1 < capture.bursts.size() ? capture.bursts[k + 1].first : capture.gnss_text.size();
+    decoder.feed(std::string_view(capture.gnss_text).substr(from, to - from), capture.bursts[k].ticks, log);
+  }
+  decoder.finish(log);
+  if (capture.gnss_text.empty()) out.logs.clear();
+  out.exchanges = std::move(capture.exchanges);
+  out.notes = std::move(capture.notes);
+  return out;
+}
+
 void add_counts(const LabelStream& labels, Estimate& e) {
   for (const LabelStream::Count& c : labels.counts)
     e.extras.push_back({"messages_" + c.message, static_cast<double>(c.count), {}});
@@ -101,6 +130,26 @@ Estimate labels_alone(const LabelStream& labels, const std::string& path) {
   return e;
 }
 
+ClockOutcome relate_board(const ClockJob& job) {
+  ClockOutcome out;
+  BoardLog board = read_board(job.input);
+  out.files = {job.input};
+  PpsResult found = discipline(board.pulses, board.logs, job.pulses);
+  out.estimate = std::move(found.estimate);
+  out.stamps = std::move(found.stamps);
+  out.estimate.notes.insert(out.estimate.notes.begin(), board.notes.begin(), board.notes.end());
+  if (board.exchanges.size() >= 4) {
+    Estimate exchanges = relate_pairs(board.exchanges, job.exchanges);
+    exchanges.evidence = {};
+    exchanges.pieces.clear();
+    exchanges.estimates.clear();
+    exchanges.method = "pairs";
+    out.estimate.estimates.push_back(std::move(exchanges));
+  }
+  for (const LabelStream& log : board.logs) add_counts(log, out.estimate);
+  return out;
+}
+
 }  // namespace
 
 std::string stamp_json(std::int64_t device_ns, const DisciplinedStamp& s) {
@@ -111,6 +160,8 @@ std::string stamp_json(std::int64_t device_ns, const DisciplinedStamp& s) {
 }
 
 ClockOutcome relate_clocks(const ClockJob& asked) {
+  if (!asked.input.empty() && fs::is_regular_file(asked.input) && looks_like_gateware(asked.input))
+    return relate_board(asked);
   const ClockJob job = with_input(asked);
   ClockOutcome out;
   const std::vector<LabelStream> logs = read_labels(job, out.files);

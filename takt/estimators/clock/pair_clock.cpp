@@ -254,6 +254,20 @@ double sag_allowance_ns(std::span<const ClockPair> p, const std::vector<Window>&
   return n > 0 ? std::sqrt(std::max(sum / n, 0.0)) : 0;
 }
 
+/// Where two windows meet their lines must meet too: the largest step there that their errors do not explain, in ns.
+double step_between(std::span<const ClockPair> p, const std::vector<Window>& windows, double sag_ns) {
+  double most = 0;
+  for (std::size_t k = 1; k < windows.size(); ++k) {
+    const std::int64_t border = p[windows[k].first].device_ns;
+    const auto error = [border](const Window& w) {
+      return std::hypot(w.offset_sigma_ns, w.drift_sigma * static_cast<double>(border - w.line.epoch_ns));
+    };
+    const auto step = std::abs(static_cast<double>(windows[k].line.at(border) - windows[k - 1].line.at(border)));
+    if (step > 10 * std::hypot(error(windows[k]), error(windows[k - 1])) + 8 * sag_ns) most = std::max(most, step);
+  }
+  return most;
+}
+
 /// A piece says one σ for all of its length: the offset's, the drift's over it, and what a straight line leaves out.
 double over_length_s(const Window& w, std::span<const ClockPair> p, double sag_ns) {
   const auto length = static_cast<double>(p[w.first + w.count - 1].device_ns - p[w.first].device_ns);
@@ -291,6 +305,16 @@ Panel offset_panel(std::span<const ClockPair> p, bool two_way, const std::vector
   return panel;
 }
 
+/// A double of seconds since 1970 is 238 ns coarse: the bounds are rounded outward, and stand relative to the answer
+/// too.
+void add_bounds(const OffsetBounds& b, long double offset_ns, Estimate& e) {
+  constexpr double far = 1e300;
+  e.extras.push_back({"offset_lower_s", std::nextafter(1e-9 * static_cast<double>(b.lower_ns), -far), {}});
+  e.extras.push_back({"offset_upper_s", std::nextafter(1e-9 * static_cast<double>(b.upper_ns), far), {}});
+  e.extras.push_back({"bound_below_s", 1e-9 * static_cast<double>(std::ceil(offset_ns - b.lower_ns) + 1), {}});
+  e.extras.push_back({"bound_above_s", 1e-9 * static_cast<double>(std::ceil(b.upper_ns - offset_ns) + 1), {}});
+}
+
 Estimate by_hull(const Tidy& tidy, const PairStream& s, const PairOptions& options) {
   const std::span<const ClockPair> p = tidy.pairs;
   const std::vector<Window> windows = choose_windows(p, s, options);
@@ -325,8 +349,7 @@ Estimate by_hull(const Tidy& tidy, const PairStream& s, const PairOptions& optio
     for (const ClockPair& x : p.subspan(m.first, m.count)) upper.add(upper_of(x)), lower.add(lower_of(x));
     const double slack = sag_allowance_ns(p, windows, true, false);
     if (const auto bounds = bounds_at(lower, upper, m.line.epoch_ns, slack)) {
-      e.extras.push_back({"offset_lower_s", 1e-9 * static_cast<double>(std::floor(bounds->lower_ns)), {}});
-      e.extras.push_back({"offset_upper_s", 1e-9 * static_cast<double>(std::ceil(bounds->upper_ns)), {}});
+      add_bounds(*bounds, m.line.offset_ns, e);
       e.notes.push_back(
           fmt::format("the offset lies within {} of the answer whatever the delays were; the answer itself takes the "
                       "least delays of both ways as equal",
@@ -345,6 +368,9 @@ Estimate by_hull(const Tidy& tidy, const PairStream& s, const PairOptions& optio
                                                              3 * m.offset_sigma_ns)),
                         {}});
   }
+  if (const double step = step_between(p, windows, bend); step > 0)
+    e.doubt(Verdict::weak, fmt::format("a clock steps by {} within the recording; the pieces follow",
+                                       rounded_time_words(1e-9 * step)));
   if (p.size() < 8) e.doubt(Verdict::weak, fmt::format("only {} exchanges", p.size()));
   return e;
 }

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/estimators/clock/live_clock.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "takt/time/time_scales.h"
+
+namespace takt {
+
+namespace {
+
+constexpr std::size_t kept_samples = 4096;
+constexpr std::size_t kept_seconds = 128;  // over which labels must agree
+constexpr std::size_t enough_to_start = 8;
+constexpr double silent_s = 2.5;  // without a pulse the clock is in holdover
+constexpr double least_gate_s = 5e-6;
+
+}  // namespace
+
+LiveClock::LiveClock(const DeviceCounter& counter, const LabelOptions& labels)
+    : counter_(counter),
+      options_(labels),
+      extender_(counter.bits, counter.tick_hz),
+      label_extender_(counter.bits, counter.tick_hz) {}
+
+void LiveClock::start_over() {
+  waiting_.clear();
+  recent_.clear();
+  samples_.clear();
+  labels_.clear();
+  filter_ = ClockFilter{};
+  running_ = false;
+  gps_minus_count_.reset();
+  state_ = ClockState::ambiguous;
+}
+
+double LiveClock::elapsed_s(std::int64_t ticks) const {
+  return static_cast<double>(static_cast<long double>(ticks - first_ticks_) /
+                             static_cast<long double>(counter_.tick_hz));
+}
+
+bool LiveClock::observe_pulse(std::int64_t raw) {
+  const ExtendedCount at = extender_.extend(raw);
+  if (at.restarts > restarts_) {
+    restarts_ = at.restarts;
+    start_over();
+    why_ = "the counter started again";
+  }
+  if (running_) {
+    const double rate = filter_.at(filter_.time_s()).frequency;
+    const double since = static_cast<double>(at.ticks - last_ticks_) / counter_.tick_hz / (1 + rate);
+    const auto seconds = static_cast<std::int64_t>(std::llround(since));
+    const auto t = static_cast<double>(last_second_ + seconds);
+    const double phase = elapsed_s(at.ticks) - t + 0.5 / counter_.tick_hz;
+    const ClockPrediction p = filter_.at(t);
+    const double gate =
+        std::max(least_gate_s, 6 * std::sqrt(p.phase_sigma_s * p.phase_sigma_s + filter_.noise().white_phase_s2 +
+                                             filter_.noise().wander_s2)) +
+        2 / counter_.tick_hz;
+    if (seconds >= 1 && std::abs(phase - p.phase_s) < gate) {
+      accept(last_second_ + seconds, at.ticks);
+      waiting_.clear();
+      return true;
+    }
+    ++rejected_;
+  }
+  waiting_.push_back(at.ticks);
+  if (waiting_.size() > 64) waiting_.erase(waiting_.begin());
+  return try_to_start();
+}
+
+/// Enough edges a second apart make a train; where another one runs it must have been silent meanwhile.
+bool LiveClock::try_to_start() {
+  if (waiting_.size() < enough_to_start) return false;
+  PulseStream stream;
+  stream.counter = counter_;
+  stream.counter.bits = 64;
+  for (const std::int64_t t : waiting_) stream.pulses.push_back({.ticks = t});
+  const PulseTrain train = find_pulse_train(stream);
+  if (train.segments.empty() || train.segments.back().pulses.size() < enough_to_start) return false;
+  const TrainSegment segment = train.segments.back();
+  if (segment.pulses.back().ticks != waiting_.back()) return false;
+  if (running_) why_ = "the train of pulses has stepped";
+  const std::deque<TimeLabel> labels = running_ ? std::deque<TimeLabel>{} : labels_;
+  start_over();
+  labels_ = labels;
+  running_ = true;
+  first_ticks_ = segment.pulses.front().ticks;
+  for (const TrainPulse& p : segment.pulses) accept(p.second, p.ticks);
+  return true;
+}
+
+void LiveClock::accept(std::int64_t second, std::int64_t ticks) {
+  ++accepted_;
+  last_second_ = second;
+  last_ticks_ = ticks;
+  recent_.push_back({second, ticks, 0});
+  while (recent_.size() > kept_seconds) recent_.pop_front();
+  const PhaseSample s{static_cast<double>(second),
+                      elapsed_s(ticks) - static_cast<double>(second) + 0.5 / counter_.tick_hz};
+  samples_.push_back(s);
+  while (samples_.size() > kept_samples) samples_.pop_front();
+  if (samples_.size() >= 4 && !filter_.started()) {
+    // A first guess, loose enough for any crystal until the data have spoken.
+    ClockNoise wide;
+    wide.white_phase_s2 = std::max(1e-16, std::pow(1 / counter_.tick_hz, 2));
+    wide.white_frequency = 1e-16;
+    filter_ = ClockFilter(wide);
+    const std::vector<PhaseSample> all(samples_.begin(), samples_.end());
+    filter_.start(all.front(), rough_frequency(all), 1e-5);
+    for (std::size_t i = 1; i < all.size(); ++i) filter_.observe(all[i]);
+  } else if (filter_.started()) {
+    filter_.observe(s);
+  }
+  if (time_to_tune(accepted_)) {
+    const std::vector<PhaseSample> all(samples_.begin(), samples_.end());
+    filter_.retune(fit_noise(all, 1 / counter_.tick_hz, kept_samples));
+  }
+  judge_labels();
+}
+
+void LiveClock::observe_label(const TimeLabel& label) {
+  if (!label.arrival_ticks) return;
+  TimeLabel l = label;
+  const ExtendedCount at = label_extender_.extend(*label.arrival_ticks);
+  l.arrival_ticks = at.ticks;
+  labels_.push_back(std::move(l));
+  while (labels_.size() > 12 * kept_seconds) labels_.pop_front();
+}
+
+/// By the offline rules, over the last two minutes.
+void LiveClock::judge_labels() {
+  PulseTrain train;
+  train.tick_hz = counter_.tick_hz;
+  TrainSegment& segment = train.segments.emplace_back();
+  segment.pulses.assign(recent_.begin(), recent_.end());
+  segment.ticks_per_second = counter_.tick_hz * (1 + (filter_.started() ? filter_.at(filter_.time_s()).frequency : 0));
+  PulseStream bare;
+  bare.counter = counter_;
+  bare.pulses.resize(1);
+  std::vector<LabelStream> logs(1);
+  for (const TimeLabel& l : labels_)
+    if (*l.arrival_ticks >= segment.pulses.front().ticks) logs[0].labels.push_back(l);
+  LabelledTrain now = label_train(train, bare, logs, options_);
+  const SegmentLabels& found = now.segments.front();
+  if (!found.known) {
+    // What was known is not forgotten while nothing is said; it is when something else is said.
+    if (found.votes + found.in_guard > 0 || !gps_minus_count_) {
+      gps_minus_count_.reset();
+      state_ = ClockState::ambiguous;
+      why_ = found.why_not;
+      return;
+    }
+  } else if (gps_minus_count_ && *gps_minus_count_ != found.gps_minus_count_s) {
+    gps_minus_count_.reset();
+    state_ = ClockState::ambiguous;
+    why_ = "the labels have changed their mind by whole seconds";
+    labels_.clear();
+    return;
+  } else {
+    gps_minus_count_ = found.gps_minus_count_s;
+    scale_ = std::move(now);
+  }
+  state_ = ClockState::locked;
+  why_.clear();
+}
+
+std::optional<DisciplinedStamp> LiveClock::stamp(std::int64_t raw) const {
+  if (!running_ || !filter_.started()) return std::nullopt;
+  CountExtender extender = extender_;
+  const ExtendedCount at = extender.extend(raw);
+  DisciplinedStamp out;
+  if (at.restarts != restarts_) return out;
+  const double elapsed = elapsed_s(at.ticks) + 0.5 / counter_.tick_hz;
+  double t = elapsed;
+  ClockPrediction p;
+  for (int i = 0; i < 3; ++i) {
+    p = filter_.at(t);
+    t = elapsed - p.phase_s;
+  }
+  out.sigma_s = p.phase_sigma_s;
+  if (!gps_minus_count_) return out;
+  const double whole = std::floor(t);
+  const std::int64_t gps_ns =
+      (*gps_minus_count_ + static_cast<std::int64_t>(whole)) * 1'000'000'000 + std::llround((t - whole) * 1e9);
+  out.reference_ns = scale_.utc_ns(gps_ns);
+  out.state = t - static_cast<double>(last_second_) > silent_s ? ClockState::holdover : state_;
+  return out;
+}
+
+double LiveClock::rate_ppm() const {
+  return filter_.started() ? 1e6 * filter_.at(filter_.time_s()).frequency : 0;
+}
+double LiveClock::sigma_s() const {
+  return filter_.started() ? filter_.at(filter_.time_s()).phase_sigma_s : 0;
+}
+
+}  // namespace takt
