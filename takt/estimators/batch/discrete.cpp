@@ -17,8 +17,9 @@ constexpr int tasks = 8;
 constexpr int most_iterations = 25;
 /// Steps this small against what is known are the end.
 constexpr double settled = 1e-3;
-/// A frame further off than this chi² (6 degrees of freedom) is not of this motion.
-constexpr double stranger_chi2 = 60;
+/// A frame whose pose is further off than this chi² (6 degrees of freedom) is not of this motion; nor is one this many
+/// times as far off as half of the frames are: stamps that jitter bring chi² of one degree of freedom, and are kept.
+constexpr double stranger_chi2 = 200, stranger_ratio = 60;
 
 using Vec9 = Eigen::Matrix<double, 9, 1>;
 
@@ -318,8 +319,7 @@ class Discrete {
     std::vector<double> sorted = chi2;
     const auto mid = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), mid, sorted.end());
-    // Where all frames fit badly, none is a stranger.
-    const double limit = stranger_chi2 * std::max(1.0, *mid / 6);
+    const double limit = std::max(stranger_chi2, stranger_ratio * *mid);
     std::vector<ChainFrame> kept;
     std::vector<BodyState> states;
     for (std::size_t k = 0; k < chi2.size(); ++k) {

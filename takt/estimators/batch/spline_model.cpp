@@ -11,7 +11,7 @@ namespace takt::batch {
 
 namespace {
 
-constexpr int most_iterations = 20;
+constexpr int most_iterations = 20, most_rounds = 8;
 /// Steps this small against what is known are the end.
 constexpr double settled = 1e-3;
 /// The spline reaches this far beyond the outermost frames (s): room for offset, line delay and jitter to move.
@@ -494,14 +494,10 @@ void SplineModel::move(const Eigen::VectorXd& step) {
 /// Each frame's lateness, given all else.
 void SplineModel::settle_lateness() {
   const double w = weights().corner, prior = 1 / (noise_.jitter_s * noise_.jitter_s);
-  double sum = 0;
   for (SplineFrame& f : frames_) {
     const TimeScore score = time_score(f);
-    const double pivot = w * score.information + prior;
-    f.late_s -= (w * score.gradient + prior * f.late_s) / pivot;
-    sum += f.late_s * f.late_s + 1 / pivot;
+    f.late_s -= (w * score.gradient + prior * f.late_s) / (w * score.information + prior);
   }
-  jitter_next_s_ = std::sqrt(sum / static_cast<double>(frames_.size()));
 }
 
 SplineModel::TimeScore SplineModel::time_score(const SplineFrame& f) const {
@@ -541,16 +537,11 @@ bool SplineModel::settle() {
       failure_ = "the fit left the recording: camera and IMU contradict each other";
       return false;
     }
-    double jitter_change = 0;
-    if (noise_.jitter_s > 0) {
-      settle_lateness();
-      jitter_change = std::abs(jitter_next_s_ / noise_.jitter_s - 1);
-      noise_.jitter_s = jitter_next_s_;
-    }
+    if (noise_.jitter_s > 0) settle_lateness();
     covariance_ = solution.border_covariance();
     const double moved =
         solution.step().tail(layout_.size).cwiseQuotient(covariance_.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff();
-    if (moved < settled && jitter_change < 1e-3) return true;
+    if (moved < settled) return true;
   }
   failure_ = "the fit did not settle";
   return false;
@@ -578,41 +569,78 @@ bool SplineModel::measure_noise() {
   }
   const double root = std::sqrt(imu_.curve.median_step_s());
   const Noise before = noise_;
+  if (noise_.jitter_s > 0) measure_jitter(at.log_determinant());
   noise_.corner_px = sigma[corner_group];
   noise_.gyro_density = sigma[gyro_group] * root;
   noise_.accel_density = sigma[accel_group] * root;
   const auto changed = [](double a, double b) { return std::abs(a / b - 1) > 0.03; };
+  if (before.jitter_s > 0 && changed(noise_.jitter_s, before.jitter_s)) return true;
   return changed(noise_.corner_px, before.corner_px) || changed(noise_.gyro_density, before.gyro_density) ||
          changed(noise_.accel_density, before.accel_density);
 }
 
 bool SplineModel::solve() {
   failure_.clear();
-  for (int round = 0; round < 5; ++round) {
+  for (int round = 0; round < most_rounds; ++round) {
     if (!settle()) return false;
-    if (noise_.jitter_s == 0) {
-      find_jitter();
-      if (noise_.jitter_s > 0) continue;
-    }
-    if (!measure_noise()) break;
+    if (noise_.jitter_s == 0 && find_jitter()) continue;
+    if (!measure_noise()) return true;
   }
   return true;
 }
 
-/// Frames that are early or late by more than their corners' noise allows.
-void SplineModel::find_jitter() {
+/// Are frames early or late by more than their corners' noise allows? A score test at no jitter: with u the derivative
+/// of the cost to a frame's lateness, s its information and e its coupling to all else, u² has the mean
+/// s − eᵀ·H⁻¹·e, and more with a jitter. Σ eᵀ·H⁻¹·e is what a tiny jitter takes off log det H.
+bool SplineModel::find_jitter() {
   const double w = weights().corner;
-  double excess = 0, information = 0, n = 0;
+  double excess = 0, information = 0, squares = 0, n = 0;
   for (const SplineFrame& f : frames_) {
     const TimeScore s = time_score(f);
-    if (!(s.information > 0)) continue;
-    excess += w * s.gradient * s.gradient / s.information - 1;
+    excess += w * w * s.gradient * s.gradient - w * s.information;
     information += w * s.information;
+    squares += w * w * s.information * s.information;
     n += 1;
   }
-  if (n < 20) return;
-  jitter_evidence_ = excess / std::sqrt(2 * n);
-  if (jitter_evidence_ > jitter_threshold) noise_.jitter_s = std::sqrt(excess / information);
+  if (n < 20 || !(information > 0)) return false;
+  const auto log_determinant = [&] {
+    Sums ignored;
+    const ArrowSystem::Solution solution = normal_equations(weights(), layout_, ignored).solve();
+    return solution.ok() ? solution.log_determinant() : 0;
+  };
+  const double before = log_determinant();
+  const double tiny2 = 1e-4 * n / information;
+  noise_.jitter_s = std::sqrt(tiny2);
+  const double coupled = std::max(0.0, (before - log_determinant()) / tiny2);
+  noise_.jitter_s = 0;
+  const double left = std::max(0.02, 1 - coupled / information);
+  jitter_evidence_ = (excess + coupled) / (left * std::sqrt(2 * squares));
+  if (jitter_evidence_ < jitter_threshold) return false;
+  noise_.jitter_s = std::sqrt((excess + coupled) / (left * left * squares));
+  return true;
+}
+
+/// σ² = Σδ²/γ, γ being how many of the frames' latenesses are determined by the data rather than by σ itself
+/// [MacKay1992]: n − Σ var(δ)/σ², the sum being ∂ log det / ∂ log σ⁻².
+void SplineModel::measure_jitter(double log_determinant) {
+  constexpr double nudge = 1e-3;
+  const double w = weights().corner;
+  const double prior = 1 / (noise_.jitter_s * noise_.jitter_s);
+  double squares = 0, eliminated = 0;
+  for (const SplineFrame& f : frames_) {
+    const double information = w * time_score(f).information;
+    squares += f.late_s * f.late_s;
+    eliminated += std::log((information + prior * (1 + nudge)) / (information + prior));
+  }
+  const double kept = noise_.jitter_s;
+  noise_.jitter_s /= std::sqrt(1 + nudge);
+  Sums ignored;
+  const ArrowSystem::Solution nudged = normal_equations(weights(), layout_, ignored).solve();
+  noise_.jitter_s = kept;
+  if (!nudged.ok()) return;
+  const double n = static_cast<double>(frames_.size());
+  const double loose = (nudged.log_determinant() - log_determinant + eliminated) / std::log1p(nudge);
+  noise_.jitter_s = std::sqrt(squares / std::max(0.02 * n, n - loose));
 }
 
 Residuals SplineModel::residuals() const {

@@ -119,7 +119,8 @@ class SplineModel {
   void move(const Eigen::VectorXd& step);
   void settle_lateness();
   [[nodiscard]] TimeScore time_score(const SplineFrame& f) const;
-  void find_jitter();
+  bool find_jitter();
+  void measure_jitter(double log_determinant);
   [[nodiscard]] int window_of(const SplineFrame& f, int windows) const;
   [[nodiscard]] bool within_reach() const;
   [[nodiscard]] int knots_of_a_frame() const;
@@ -140,7 +141,6 @@ class SplineModel {
   std::string failure_;
   int iterations_ = 0;
   double jitter_evidence_ = 0;
-  double jitter_next_s_ = 0;
 };
 
 }  // namespace takt::batch

@@ -54,6 +54,19 @@ RotationSignal board_rotations(const CameraSession& camera) {
   return signal;
 }
 
+/// Slope of the gyro's rates over the camera's.
+double turn_ratio(const alignment::Problem& problem, const alignment::Coarse& at) {
+  double both = 0, camera = 0;
+  for (const alignment::Step& step : problem.steps) {
+    const double t = 0.5 * (step.t0 + step.t1), dt = step.t1 - step.t0;
+    const double there = t + at.offset_s + at.drift * (t - at.centre_s);
+    if (!problem.reference.covers(there, there)) continue;
+    both += (at.R_reference_sensor.transpose() * problem.reference.rate(there)).dot(step.rotation / dt);
+    camera += step.rotation.squaredNorm() / (dt * dt);
+  }
+  return camera > 0 ? both / camera : 1;
+}
+
 std::string no_start(const alignment::Excitation& x, const alignment::Correlation& c, double base_s) {
   if (x.sensor_still())
     return fmt::format("the camera hardly turns ({:.4f} rad/s): rotate it about all three axes", x.sensor_rms[0]);
@@ -103,7 +116,13 @@ Start find_start(const CameraSession& camera, const ImuSession& imu) {
   out.centre_s = coarse.centre_s + shift;
   out.lobe_s = coarse.lobe_s;
   out.correlation = c.peaks.front().r;
+  out.turn_ratio = turn_ratio(problem, coarse);
   out.R_imu_cam = coarse.R_reference_sensor;
+  if (!(out.turn_ratio > 0.5 && out.turn_ratio < 2))
+    out.refusal = fmt::format("the gyro turned {:.3g} times as far as the camera{}", out.turn_ratio,
+                              out.turn_ratio > 40 && out.turn_ratio < 80
+                                  ? ": its rates look like degrees a second, not radians (--rate-unit deg_s)"
+                                  : ": are its rates in rad/s, and is this the right camera model?");
   return out;
 }
 

@@ -16,6 +16,7 @@ struct Start {
   double centre_s = 0;
   double lobe_s = 0;  ///< half-width of the correlation's main lobe
   double correlation = 0;
+  double turn_ratio = 1;  ///< how much further the gyro turned than the camera: 57 for a gyro in degrees
   Mat3 R_imu_cam = Mat3::Identity();
   Panel curve;
 };
