@@ -116,10 +116,9 @@ std::vector<double> distances(const CameraModel& model, std::span<const Vec3> bo
   return out;
 }
 
-void settle(const CornerStream& s, BoardView& view, const PoseNormals& at) {
+void settle(BoardView& view, const PoseNormals& at) {
   view.information = at.information;
   view.squares = at.squares;
-  (void)s;
 }
 
 /// The first pose of a frame, from all its corners; nothing where no part of the corners agrees on one.
@@ -139,7 +138,7 @@ std::optional<BoardView> first_pose(const CornerStream& s, std::size_t frame) {
     const std::vector<double> off = distances(*s.model, s.board, all, view.T_cam_board);
     const double typical = median(off);
     if (attempt == 0 && typical < hopeless_px && *std::ranges::max_element(off) < 6 * typical) {
-      settle(s, view, at);
+      settle(view, at);
       return view;
     }
     // Keep what is near, and fit again.
@@ -153,7 +152,7 @@ std::optional<BoardView> first_pose(const CornerStream& s, std::size_t frame) {
       if (view.corners.size() < fewest_corners || !refine(*s.model, s.board, view.corners, view.T_cam_board, at)) break;
     }
     if (view.corners.size() < std::max(fewest_corners, all.size() / 2)) continue;
-    settle(s, view, at);
+    settle(view, at);
     return view;
   }
   return std::nullopt;
@@ -174,7 +173,7 @@ bool tidy_view(const CornerStream& s, BoardView& view, double sigma_px) {
     if (same && view.information != Mat6::Zero()) return true;
     PoseNormals at;
     if (!refine(*s.model, s.board, view.corners, view.T_cam_board, at)) return false;
-    settle(s, view, at);
+    settle(view, at);
   }
   return true;
 }

@@ -708,13 +708,15 @@ std::vector<WindowOffset> SplineModel::window_offsets(int windows) const {
   return out;
 }
 
-void SplineModel::free_line_delay(bool yes) {
-  options_.line_delay = yes;
+void SplineModel::fix_line_delay() {
+  options_.line_delay = false;
+  calibration_.cameras[0].line_delay_s = 0;
   lay_out();
 }
 
-void SplineModel::free_drift(bool yes) {
-  options_.drift = yes;
+void SplineModel::fix_drift() {
+  options_.drift = false;
+  calibration_.cameras[0].drift = 0;
   lay_out();
 }
 

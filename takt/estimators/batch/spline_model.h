@@ -64,6 +64,9 @@ class SplineModel {
   /// Gauss–Newton, and the noise measured on the way; false with a reason in `failure` where it does not settle.
   [[nodiscard]] bool solve();
 
+  /// Gauss–Newton alone, the noise as it is.
+  [[nodiscard]] bool settle();
+
   [[nodiscard]] const std::string& failure() const { return failure_; }
   [[nodiscard]] const Calibration& calibration() const { return calibration_; }
   [[nodiscard]] const BorderLayout& layout() const { return layout_; }
@@ -79,9 +82,9 @@ class SplineModel {
   /// One offset a window for the first camera, all else shared: one linear step from the solution.
   [[nodiscard]] std::vector<WindowOffset> window_offsets(int windows) const;
 
-  /// Unknowns may be freed and fixed between two calls of solve().
-  void free_line_delay(bool yes);
-  void free_drift(bool yes);
+  /// At none; before another solve().
+  void fix_line_delay();
+  void fix_drift();
 
  private:
   static constexpr int order = 6, knot_size = 6;
@@ -114,7 +117,6 @@ class SplineModel {
   void add_samples(const Span& samples, const Weights& w, const BorderLayout& layout, ArrowSystem& system,
                    Sums& sums) const;
   void add_stiffness(ArrowSystem& system) const;
-  bool settle();
   bool measure_noise();
   void move(const Eigen::VectorXd& step);
   void settle_lateness();
