@@ -65,6 +65,16 @@ void ArrowSystem::accumulate_residual(std::span<const Block> blocks, const Eigen
   accumulate(blocks, jacobian.transpose() * jacobian, jacobian.transpose() * residual);
 }
 
+void ArrowSystem::add(const ArrowSystem& other) {
+  if (other.band_size() != band_size() || other.border_size() != border_size() ||
+      other.band_.bandwidth() != band_.bandwidth())
+    throw std::invalid_argument("ArrowSystem: systems of different shapes cannot be added");
+  for (int j = 0; j < band_size(); ++j) band_.column(j) += other.band_.column(j);
+  edge_ += other.edge_;
+  corner_ += other.corner_;
+  gradient_ += other.gradient_;
+}
+
 /// The part of a block at (row, column) that lies on or below the diagonal.
 void ArrowSystem::add_to_band(int row, int column,
                               const Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>& part) {
@@ -120,6 +130,7 @@ ArrowSystem::Solution ArrowSystem::solve(double damping) const {
   const Eigen::MatrixXd l = factor.matrixL();
   s.border_ok_ = factor.info() == Eigen::Success && (l.diagonal().array().square() > rounding).all();
   if (!s.border_ok_) return s;
+  s.border_log_determinant_ = 2 * (l.diagonal().array().log().sum() - scale.array().log().sum());
   s.border_covariance_ = scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(m, m)) * scale.asDiagonal();
 
   const Eigen::VectorXd half = s.band_.half_solve(gradient_.head(n));
@@ -127,6 +138,10 @@ ArrowSystem::Solution ArrowSystem::solve(double damping) const {
   s.step_.tail(m) = -(s.border_covariance_ * (gradient_.tail(m) - s.half_edge_.transpose() * half));
   s.step_.head(n) = -s.band_.back_solve(half + s.half_edge_ * s.step_.tail(m));
   return s;
+}
+
+double ArrowSystem::Solution::log_determinant() const {
+  return band_.log_determinant() + border_log_determinant_;
 }
 
 double ArrowSystem::Solution::variance(const Eigen::VectorXd& f) const {

@@ -37,6 +37,9 @@ class ArrowSystem {
   void accumulate_residual(std::span<const Block> blocks, const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
                            const Eigen::Ref<const Eigen::VectorXd>& residual);
 
+  /// Adds another system of the same shape; throws std::invalid_argument for a different one.
+  void add(const ArrowSystem& other);
+
   /// What a factorisation gives.
   class Solution {
    public:
@@ -48,11 +51,13 @@ class ArrowSystem {
     [[nodiscard]] const Eigen::MatrixXd& border_covariance() const { return border_covariance_; }
     /// fᵀ·H⁻¹·f over the whole system (band and border).
     [[nodiscard]] double variance(const Eigen::VectorXd& f) const;
+    [[nodiscard]] double log_determinant() const;  ///< of H
 
    private:
     friend class ArrowSystem;
     BandedCholesky band_;
     bool border_ok_ = false;
+    double border_log_determinant_ = 0;
     Eigen::MatrixXd half_edge_;  ///< L⁻¹·E
     Eigen::VectorXd step_;
     Eigen::MatrixXd border_covariance_;

@@ -49,9 +49,9 @@ TEST(Asl, DistortionNamesOfEurocAndKalibr) {
 
   std::vector<std::string> notes;
   const CameraStream unknown =
-      read_asl_camera({frames, sensor + "distortion_model: fov\n", ""}, "cam0", "run/cam0", notes);
+      read_asl_camera({frames, sensor + "distortion_model: rational\n", ""}, "cam0", "run/cam0", notes);
   EXPECT_FALSE(unknown.model);
-  EXPECT_NE(notes[0].find("'fov' is unknown"), std::string::npos) << notes[0];
+  EXPECT_NE(notes[0].find("'rational' is unknown"), std::string::npos) << notes[0];
 }
 
 TEST(Asl, ExposureFileGivesEachFrameItsOwn) {

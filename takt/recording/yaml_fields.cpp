@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "takt/error.h"
@@ -125,45 +126,87 @@ std::optional<Mat4> YamlFields::transform(const std::string& key) const {
   return t;
 }
 
+namespace {
+
+/// Kalibr's names and those that others give to the same models.
+std::optional<Projection> projection_named(const std::string& name) {
+  if (name == "pinhole") return Projection::pinhole;
+  if (name == "omni") return Projection::omni;
+  if (name == "ds" || name == "double_sphere") return Projection::double_sphere;
+  if (name == "eucm") return Projection::eucm;
+  return std::nullopt;
+}
+std::optional<Distortion> distortion_named(const std::string& name) {
+  if (name == "none" || name.empty()) return Distortion::none;
+  if (name == "radial-tangential" || name == "radtan" || name == "plumb_bob") return Distortion::radtan;
+  if (name == "equidistant" || name == "fisheye" || name == "kannala_brandt") return Distortion::equidistant;
+  if (name == "fov") return Distortion::fov;
+  return std::nullopt;
+}
+
+void read_resolution(const YamlFields& fields, CameraModel& model) {
+  const auto resolution = fields.numbers("resolution");
+  if (!resolution) return;
+  const auto is_size = [](double n) { return n >= 1 && n <= 65535; };
+  if (resolution->size() != 2 || !is_size((*resolution)[0]) || !is_size((*resolution)[1]))
+    fields.fail("resolution", "needs 2 numbers: width, height");
+  model.width = static_cast<int>((*resolution)[0]);
+  model.height = static_cast<int>((*resolution)[1]);
+}
+
+void check_shape(const YamlFields& fields, const CameraModel& m) {
+  const double alpha = m.shape[m.projection == Projection::eucm ? 0 : 1];
+  if (m.projection == Projection::omni && !(m.shape[0] >= 0 && m.shape[0] < 100))
+    fields.fail("intrinsics", "needs xi between 0 and 100 in the first place");
+  if (m.projection == Projection::double_sphere && !(m.shape[0] > -1 && m.shape[0] < 100))
+    fields.fail("intrinsics", "needs xi between -1 and 100 in the first place");
+  if ((m.projection == Projection::double_sphere || m.projection == Projection::eucm) && !(alpha > 0 && alpha < 1))
+    fields.fail("intrinsics", "needs alpha between 0 and 1");
+  if (m.projection == Projection::eucm && !(m.shape[1] > 0)) fields.fail("intrinsics", "needs a positive beta");
+}
+
+}  // namespace
+
 std::optional<CameraModel> camera_model(const YamlFields& fields, std::string& note) {
   const auto intrinsics = fields.numbers("intrinsics");
   if (!intrinsics) return std::nullopt;
   const std::string projection = fields.text("camera_model").value_or("pinhole");
-  if (projection != "pinhole") {
+  const auto known_projection = projection_named(projection);
+  if (!known_projection) {
     note = fmt::format("its camera model '{}' is unknown and left out", projection);
     return std::nullopt;
   }
-  if (intrinsics->size() != 4) fields.fail("intrinsics", "needs 4 numbers: fx, fy, cx, cy");
   CameraModel model;
-  model.fx = (*intrinsics)[0], model.fy = (*intrinsics)[1], model.cx = (*intrinsics)[2], model.cy = (*intrinsics)[3];
-  if (!(model.fx > 0) || !(model.fy > 0)) fields.fail("intrinsics", "needs positive focal lengths");
-  if (const auto resolution = fields.numbers("resolution")) {
-    const auto is_size = [](double n) { return n >= 1 && n <= 65535; };
-    if (resolution->size() != 2 || !is_size((*resolution)[0]) || !is_size((*resolution)[1]))
-      fields.fail("resolution", "needs 2 numbers: width, height");
-    model.width = static_cast<int>((*resolution)[0]);
-    model.height = static_cast<int>((*resolution)[1]);
+  model.projection = *known_projection;
+  if (intrinsics->size() != static_cast<std::size_t>(intrinsics_of(model).size())) {
+    std::string names;
+    for (const std::string& name : intrinsic_names(model)) names += (names.empty() ? "" : ", ") + name;
+    fields.fail("intrinsics", fmt::format("needs {} numbers: {}", intrinsics_of(model).size(), names));
   }
+  model = with_intrinsics(
+      model, Eigen::Map<const Eigen::VectorXd>(intrinsics->data(), static_cast<Eigen::Index>(intrinsics->size())));
+  if (!(model.fx > 0) || !(model.fy > 0)) fields.fail("intrinsics", "needs positive focal lengths");
+  check_shape(fields, model);
+  read_resolution(fields, model);
 
   const std::string name = fields.text("distortion_model").value_or("none");
-  if (name == "radial-tangential" || name == "radtan" || name == "plumb_bob")
-    model.distortion = Distortion::radtan;
-  else if (name == "equidistant" || name == "fisheye" || name == "kannala_brandt")
-    model.distortion = Distortion::equidistant;
-  else if (name != "none" && !name.empty()) {
+  const auto known_distortion = distortion_named(name);
+  if (!known_distortion) {
     note = fmt::format("its distortion model '{}' is unknown, so the camera model is left out", name);
     return std::nullopt;
   }
+  model.distortion = *known_distortion;
   const char* const key = fields.has("distortion_coefficients") ? "distortion_coefficients" : "distortion_coeffs";
   const auto coefficients = fields.numbers(key).value_or(std::vector<double>{});
   if (model.distortion == Distortion::none) return model;
-  if (coefficients.size() < 4) fields.fail(key, "needs 4 numbers");
-  for (std::size_t i = 4; i < coefficients.size(); ++i)
+  const auto wanted = static_cast<std::size_t>(coeff_count(model.distortion));
+  if (coefficients.size() < wanted) fields.fail(key, fmt::format("needs {} numbers", wanted));
+  for (std::size_t i = wanted; i < coefficients.size(); ++i)
     if (coefficients[i] != 0) {
-      note = "its distortion has more than 4 coefficients, so the camera model is left out";
+      note = fmt::format("its distortion has more than {} coefficients, so the camera model is left out", wanted);
       return std::nullopt;
     }
-  std::copy_n(coefficients.begin(), 4, model.coeffs.begin());
+  std::copy_n(coefficients.begin(), wanted, model.coeffs.begin());
   return model;
 }
 

@@ -38,7 +38,7 @@ class YamlFields {
   std::string where_;
 };
 
-/// A pinhole camera from the keys of EuRoC's sensor.yaml or Kalibr's camchain: resolution, intrinsics,
+/// A camera from the keys of EuRoC's sensor.yaml or Kalibr's camchain: resolution, camera_model, intrinsics,
 /// distortion_model, distortion_coefficients or distortion_coeffs. Nothing where there are no intrinsics; nothing and a
 /// sentence in `note` where the model is one that takt does not have.
 [[nodiscard]] std::optional<CameraModel> camera_model(const YamlFields& fields, std::string& note);

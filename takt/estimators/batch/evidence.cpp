@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/estimators/batch/evidence.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+
+namespace takt::batch {
+
+namespace {
+
+constexpr std::size_t most_points = 3000;
+
+Panel panel(const char* name, const char* kind, const char* title, const char* caption) {
+  Panel p;
+  p.name = name;
+  p.kind = kind;
+  p.title = title;
+  p.caption = caption;
+  return p;
+}
+
+/// Three axes over time, thinned.
+void add_axes(Panel& p, const char* what, const char* unit, const std::vector<double>& t, const std::vector<Vec3>& y) {
+  p.x = {"time on the IMU's clock since its first stamp", "s", {}, {}};
+  const std::size_t step = std::max<std::size_t>(1, t.size() / most_points);
+  for (std::size_t i = 0; i < t.size(); i += step) p.x.values.push_back(t[i]);
+  for (int axis = 0; axis < 3; ++axis) {
+    Series s{fmt::format("{} {}", what, "xyz"[axis]), unit, {}, {}};
+    for (std::size_t i = 0; i < t.size(); i += step) s.values.push_back(y[i][axis]);
+    p.y.push_back(std::move(s));
+  }
+}
+
+}  // namespace
+
+Panel reprojection_panel(const Residuals& r) {
+  Panel p = panel("reprojection", "points", "Reprojection error, frame by frame",
+                  "Root mean square of the corners' distances from where the calibrated model puts them, a coordinate. "
+                  "All frames should be alike.");
+  p.x = {"time on the camera's clock since its first stamp", "s", r.frame_t, {}};
+  p.y.push_back({"rms", "px", r.frame_rms_px, {}});
+  return p;
+}
+
+Panel lateness_panel(const Residuals& r) {
+  Panel p = panel("lateness", "points", "How late each frame looks",
+                  "By its corners alone, against the motion that all frames and the IMU agree on. A scatter beyond the "
+                  "bars is a jitter of the stamps.");
+  p.x = {"time on the camera's clock since its first stamp", "s", r.frame_t, {}};
+  p.y.push_back({"lateness", "s", r.frame_late_s, r.frame_late_sigma_s});
+  return p;
+}
+
+Panel gyro_panel(const Residuals& r) {
+  Panel p = panel("gyro_residuals", "lines", "Gyro: predicted minus read",
+                  "White noise about zero, without a trace of the motion.");
+  add_axes(p, "gyro", "rad/s", r.gyro_t, r.gyro);
+  return p;
+}
+
+Panel accel_panel(const Residuals& r) {
+  Panel p = panel("accel_residuals", "lines", "Accelerometer: predicted minus read",
+                  "White noise about zero, without a trace of the motion.");
+  add_axes(p, "accelerometer", "m/s²", r.gyro_t, r.accel);
+  return p;
+}
+
+Panel bias_panel(const BiasCurve& bias, bool gyro) {
+  Panel p = gyro ? panel("gyro_bias", "lines", "Bias of the gyro", "Slow and small.")
+                 : panel("accel_bias", "lines", "Bias of the accelerometer", "Slow and small.");
+  std::vector<double> t;
+  std::vector<Vec3> y;
+  constexpr int points = 200;
+  for (int i = 0; i <= points; ++i) {
+    t.push_back(bias.begin_s + bias.knots.duration_s() * i / points);
+    const BiasCurve::Place at = bias.at(t.back());
+    y.push_back(gyro ? bias.gyro(at) : bias.accel(at));
+  }
+  add_axes(p, gyro ? "gyro" : "accelerometer", gyro ? "rad/s" : "m/s²", t, y);
+  return p;
+}
+
+Panel coverage_panel(const CameraSession& camera) {
+  Panel p = panel("coverage", "points", "Where in the picture corners were seen",
+                  "Rows are counted downward. Parts that no corner reached are not calibrated by this recording.");
+  p.x = {"column", "px", {}, {}};
+  Series rows{"row", "px", {}, {}};
+  std::size_t all = 0;
+  for (const BoardView& v : camera.poses.views) all += v.corners.size();
+  const std::size_t step = std::max<std::size_t>(1, all / most_points);
+  std::size_t i = 0;
+  for (const BoardView& v : camera.poses.views)
+    for (const CornerObservation& c : v.corners) {
+      if (i++ % step != 0) continue;
+      p.x.values.push_back(c.pixel.x());
+      rows.values.push_back(c.pixel.y());
+    }
+  p.y.push_back(std::move(rows));
+  return p;
+}
+
+Panel windows_panel(const std::vector<WindowOffset>& windows, double offset_s, double sigma_s) {
+  Panel p =
+      panel("windows", "points", "Offset in pieces of the recording, against the answer",
+            "All should scatter about the band within their bars; a slope is a drift, a step a clock that jumped.");
+  p.x = {"time on the camera's clock since its first stamp", "s", {}, {}};
+  Series found{"offset − answer", "s", {}, {}}, answer{"answer", "s", {}, {}, "lines"};
+  for (const WindowOffset& w : windows) {
+    p.x.values.push_back(w.centre_s);
+    found.values.push_back(w.offset_s - offset_s);
+    found.sigma.push_back(w.sigma_s);
+    answer.values.push_back(0);
+    answer.sigma.push_back(sigma_s);
+  }
+  p.y = {std::move(found), std::move(answer)};
+  return p;
+}
+
+}  // namespace takt::batch

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "takt/calibration/evidence.h"
+#include "takt/estimators/batch/spline_model.h"
+
+/// The plots of a calibration, as plain data.
+namespace takt::batch {
+
+[[nodiscard]] Panel reprojection_panel(const Residuals& r);
+[[nodiscard]] Panel lateness_panel(const Residuals& r);
+[[nodiscard]] Panel gyro_panel(const Residuals& r);
+[[nodiscard]] Panel accel_panel(const Residuals& r);
+/// Both curves, an axis each.
+[[nodiscard]] Panel bias_panel(const BiasCurve& bias, bool gyro);
+/// Where in the picture corners were seen.
+[[nodiscard]] Panel coverage_panel(const CameraSession& camera);
+/// `offset_s`, `sigma_s`: the answer.
+[[nodiscard]] Panel windows_panel(const std::vector<WindowOffset>& windows, double offset_s, double sigma_s);
+
+}  // namespace takt::batch
