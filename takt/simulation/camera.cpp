@@ -21,6 +21,7 @@ Mat4 SimulatedCamera::default_mount() {
 }
 
 CameraModel SimulatedCamera::model() const {
+  if (exactly) return *exactly;
   CameraModel m;
   m.width = width;
   m.height = height;
@@ -48,7 +49,7 @@ FrameTiming SimulatedCamera::timing() const {
   t.shutter = readout_s > 0 ? Shutter::rolling : Shutter::global;
   t.exposure_s = exposure_s;
   t.readout_s = readout_s;
-  t.rows = height;
+  t.rows = exactly ? exactly->height : height;
   return t;
 }
 

@@ -26,10 +26,12 @@ std::string camera_yaml(const CameraStream& camera) {
                                                 seconds_since(camera.stamps.front(), camera.stamps.back()));
   if (camera.model) {
     const CameraModel& m = *camera.model;
-    out += fmt::format("resolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}]\n", m.width, m.height,
-                       m.fx, m.fy, m.cx, m.cy);
+    const Intrinsics all = intrinsics_of(m);
+    const auto coeffs = all.data() + all.size() - coeff_count(m.distortion);
+    out += fmt::format("resolution: [{}, {}]\ncamera_model: {}\nintrinsics: [{}]\n", m.width, m.height,
+                       projection_name(m.projection), fmt::join(all.data(), coeffs, ", "));
     out += fmt::format("distortion_model: {}\n", distortion_name(m.distortion, "radial-tangential"));
-    out += fmt::format("distortion_coefficients: [{}]\n", fmt::join(m.coeffs, ", "));
+    out += fmt::format("distortion_coefficients: [{}]\n", fmt::join(coeffs, all.data() + all.size(), ", "));
   }
   return out + timing_yaml(camera.timing, "");
 }

@@ -100,6 +100,7 @@ BoardMarker marker(const MarkerDictionary& dictionary, int id, int border, bool 
   BoardMarker out;
   out.id = id;
   out.corners = {low, low + Vec2(side, 0), low + Vec2(side, side), low + Vec2(0, side)};
+  out.border = border;
   out.cells = dictionary.bits + 2 * border;
   out.black.assign(static_cast<std::size_t>(out.cells * out.cells), true);
   for (int r = 0; r < dictionary.bits; ++r)

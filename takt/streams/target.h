@@ -63,6 +63,7 @@ void check(const Target& target);
 struct BoardMarker {
   int id = 0;
   std::array<Vec2, 4> corners;
+  int border = 0;           ///< width of the border in cells
   int cells = 0;            ///< along a side, border included
   std::vector<bool> black;  ///< row by row from the top left as seen on the board, cells² of them
 };

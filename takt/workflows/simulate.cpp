@@ -6,10 +6,12 @@
 #include <array>
 #include <filesystem>
 
+#include "takt/recording/kalibr_files.h"
 #include "takt/simulation/folder_writer.h"
 #include "takt/simulation/handheld_parameters.h"
 #include "takt/simulation/pendulum_film.h"
 #include "takt/simulation/pendulum_parameters.h"
+#include "takt/simulation/target_parameters.h"
 
 namespace takt {
 
@@ -93,11 +95,51 @@ Estimate write_pendulum(const SimulationRequest& request) {
   return truth;
 }
 
-const std::array<SimulationKind, 2> kinds{{
+/// What Kalibr would be given: the cameras' models and how they stand to each other, without the answer.
+KalibrCamchain camchain_of(const Recording& recording) {
+  KalibrCamchain chain;
+  for (const CameraStream& camera : recording.cameras) {
+    KalibrCamera entry{.model = *camera.model, .rostopic = "/" + camera.name + "/image_raw"};
+    if (!chain.empty()) {
+      const Mat4& before = *recording.cameras[chain.size() - 1].T_body_cam;
+      entry.T_cn_cnm1 = (Eigen::Isometry3d(*camera.T_body_cam).inverse() * Eigen::Isometry3d(before)).matrix();
+    }
+    chain.push_back(std::move(entry));
+  }
+  return chain;
+}
+
+/// Pictures and IMU as an ASL folder; target.yaml, camchain.yaml and imu.yaml as Kalibr has them.
+Estimate write_target(const SimulationRequest& request) {
+  const auto p = parameters_for<TargetParameters>(request, "target");
+  TargetFilmOptions options = to_options(p);
+  options.seed = request.seed;
+  options.threads = request.threads;
+  TargetFilm made = simulate_target(options);
+  made.truth.provenance.command = request.command;
+  const ImuStream& imu = made.recording.imus.front();
+
+  NewFolder folder(request.folder);
+  // What is to be found does not stand beside the pictures: a camera's mounting is in truth.json alone.
+  Recording told = made.recording;
+  for (CameraStream& camera : told.cameras) camera.T_body_cam.reset();
+  write_asl(told, folder, request.threads, request.progress);
+  folder.write("target.yaml", write_kalibr_target(options.scene.target));
+  folder.write("camchain.yaml", write_kalibr_camchain(camchain_of(made.recording)));
+  folder.write("imu.yaml",
+               write_kalibr_imus({{.noise = *imu.noise, .update_rate_hz = p.imu_rate_hz, .rostopic = "/imu0"}}));
+  folder.write("truth.json", truth_json(made.truth, "target", parameters(p)));
+  folder.finish();
+  return made.truth;
+}
+
+const std::array<SimulationKind, 3> kinds{{
     {"handheld", "a camera and an IMU in a hand or on a vehicle, in a textured room",
      [] { return parameters(HandheldParameters{}); }, write_handheld},
     {"pendulum", "a camera before a dial and one or more IMUs on a pendulum's bob",
      [] { return parameters(PendulumParameters{}); }, write_pendulum},
+    {"target", "cameras and an IMU moved before a calibration board, as for Kalibr",
+     [] { return parameters(TargetParameters{}); }, write_target},
 }};
 
 }  // namespace

@@ -39,6 +39,8 @@ std::vector<CornerObservation> spread_out(std::span<const CornerObservation> all
   return some;
 }
 
+}  // namespace
+
 /// Pose from the homography of bearings (direct linear transform): b × H·(x, y, 1) = 0, H = (r1, r2, t).
 std::optional<Rigid> pose_by_homography(const CameraModel& model, std::span<const Vec3> board,
                                         std::span<const CornerObservation> corners) {
@@ -82,6 +84,8 @@ std::optional<Rigid> pose_by_homography(const CameraModel& model, std::span<cons
   centre << middle, 0;
   return Rigid{Quat(R), H.col(2) * (scale / length) - R * centre};
 }
+
+namespace {
 
 /// Gauss–Newton to the end; false where it leaves the board's sight or a direction of ξ is not determined.
 bool refine(const CameraModel& model, std::span<const Vec3> board, std::span<const CornerObservation> corners,

@@ -47,6 +47,10 @@ struct BoardViews {
 [[nodiscard]] bool add_corners(const CameraModel& model, std::span<const Vec3> board,
                                std::span<const CornerObservation> corners, const Rigid& T_cam_board, PoseNormals& out);
 
+/// A first pose from the homography of the corners' bearings, without refinement; nothing for corners in one line.
+[[nodiscard]] std::optional<Rigid> pose_by_homography(const CameraModel& model, std::span<const Vec3> board,
+                                                      std::span<const CornerObservation> corners);
+
 /// The pose of every frame with at least six corners, each by itself and without a first guess: homography, then
 /// Gauss–Newton on the pixels, strays left out. Frames share nothing but the corners' noise.
 [[nodiscard]] BoardViews find_board_poses(const CornerStream& stream, int threads);
