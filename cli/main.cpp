@@ -16,6 +16,7 @@ namespace takt::cli {
 const std::vector<AddVerb> all_verbs{
     add_inspect,
     add_align,
+    add_calibrate,
     add_pendulum,
     add_dial,
     add_simulate,
