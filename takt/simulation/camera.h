@@ -14,7 +14,7 @@ struct SimulatedCamera {
   int width = 640, height = 480;
   Distortion lens = Distortion::none;  ///< radtan and equidistant have the coefficients of EuRoC's and TUM-VI's cameras
   double fov_rad = 0;                  ///< horizontal; 0: 70°, 120° for the equidistant lens
-  std::optional<CameraModel> exactly;  ///< instead of the four lines above
+  std::optional<CameraModel> exactly = {};  ///< instead of the four lines above
   double rate_hz = 20;
   double exposure_s = 0.005;
   double exposure_swing = 0;  ///< auto-exposure: the exposure varies by this fraction, slowly
