@@ -25,6 +25,7 @@ using Action = std::function<int()>;
 /// Each verb adds its subcommand; when it is the one that was typed, its callback sets `action`.
 /// A new verb is a new file and one row in `all_verbs` (main.cpp).
 using AddVerb = void (*)(CLI::App& app, Common& common, Action& action);
+void add_calibrate(CLI::App& app, Common& common, Action& action);
 void add_align(CLI::App& app, Common& common, Action& action);
 void add_clock(CLI::App& app, Common& common, Action& action);
 void add_listen(CLI::App& app, Common& common, Action& action);

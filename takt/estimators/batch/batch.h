@@ -14,7 +14,7 @@ namespace takt {
 struct BatchOptions {
   std::string model = "auto";  ///< auto (both, and they must agree), discrete or spline
   /// Interval of the spline's knots (s); nothing: chosen from the IMU's rate and tested on the residuals.
-  std::optional<double> knots_s;
+  std::optional<double> knots_s = {};
   bool drift = false;       ///< keep the drift in the answer even where the data do not ask for it
   bool line_delay = false;  ///< estimate the line delay even where the shutter is said to be global
   int threads = 0;          ///< 0: as many as there are cores; the result is the same for any number

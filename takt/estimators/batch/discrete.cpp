@@ -16,7 +16,7 @@ constexpr int state_size = 9;  // rotation, position, velocity
 constexpr int tasks = 8;
 constexpr int most_iterations = 25;
 /// Steps this small against what is known are the end.
-constexpr double settled = 1e-3;
+constexpr double settled = 5e-3;
 /// A frame whose pose is further off than this chi² (6 degrees of freedom) is not of this motion; nor is one this many
 /// times as far off as half of the frames are: stamps that jitter bring chi² of one degree of freedom, and are kept.
 constexpr double stranger_chi2 = 200, stranger_ratio = 60;

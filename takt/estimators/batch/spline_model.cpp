@@ -13,7 +13,10 @@ namespace {
 
 constexpr int most_iterations = 20, most_rounds = 8;
 /// Steps this small against what is known are the end.
-constexpr double settled = 1e-3;
+constexpr double settled = 5e-3;
+/// Where stamps jitter and that is not modelled yet, the large residuals slow Gauss–Newton down: no reason to wait.
+constexpr double roughly_settled = 0.3;
+constexpr int rough_iterations = 4;
 /// The spline reaches this far beyond the outermost frames (s): room for offset, line delay and jitter to move.
 constexpr double margin_s = 0.04;
 /// Corners whose rows are read within this time share one evaluation of the motion (s).
@@ -520,7 +523,11 @@ SplineModel::TimeScore SplineModel::time_score(const SplineFrame& f) const {
 }
 
 bool SplineModel::settle() {
-  for (int round = 0; round < most_iterations; ++round) {
+  return iterate(settled, most_iterations);
+}
+
+bool SplineModel::iterate(double enough, int most) {
+  for (int round = 0; round < most; ++round) {
     Sums sums;
     const ArrowSystem::Solution solution = normal_equations(weights(), layout_, sums).solve();
     ++iterations_;
@@ -541,8 +548,9 @@ bool SplineModel::settle() {
     covariance_ = solution.border_covariance();
     const double moved =
         solution.step().tail(layout_.size).cwiseQuotient(covariance_.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff();
-    if (moved < settled) return true;
+    if (moved < enough) return true;
   }
+  if (most < most_iterations) return true;
   failure_ = "the fit did not settle";
   return false;
 }
@@ -581,9 +589,11 @@ bool SplineModel::measure_noise() {
 
 bool SplineModel::solve() {
   failure_.clear();
+  if (!iterate(roughly_settled, rough_iterations)) return false;
+  find_jitter();
   for (int round = 0; round < most_rounds; ++round) {
     if (!settle()) return false;
-    if (noise_.jitter_s == 0 && find_jitter()) continue;
+    if (noise_.jitter_s == 0 && round > 0 && find_jitter()) continue;
     if (!measure_noise()) return true;
   }
   return true;

@@ -119,6 +119,8 @@ class SplineModel {
   void add_stiffness(ArrowSystem& system) const;
   bool measure_noise();
   void move(const Eigen::VectorXd& step);
+  /// Until steps are below `enough` sigmas; after fewer than the usual most, however far they still are.
+  [[nodiscard]] bool iterate(double enough, int most);
   void settle_lateness();
   [[nodiscard]] TimeScore time_score(const SplineFrame& f) const;
   bool find_jitter();
