@@ -14,13 +14,7 @@ namespace takt::cli {
 
 /// One row a verb, in the order of the help.
 const std::vector<AddVerb> all_verbs{
-    add_inspect,
-    add_align,
-    add_pendulum,
-    add_dial,
-    add_simulate,
-    add_experiment,
-    add_report,
+    add_inspect, add_align, add_pendulum, add_dial, add_simulate, add_experiment, add_apply, add_report,
 };
 
 int run(int argc, char** argv) {

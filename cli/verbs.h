@@ -26,6 +26,7 @@ using Action = std::function<int()>;
 /// A new verb is a new file and one row in `all_verbs` (main.cpp).
 using AddVerb = void (*)(CLI::App& app, Common& common, Action& action);
 void add_align(CLI::App& app, Common& common, Action& action);
+void add_apply(CLI::App& app, Common& common, Action& action);
 void add_inspect(CLI::App& app, Common& common, Action& action);
 void add_dial(CLI::App& app, Common& common, Action& action);
 void add_pendulum(CLI::App& app, Common& common, Action& action);
