@@ -32,6 +32,7 @@ void add_dial(CLI::App& app, Common& common, Action& action);
 void add_pendulum(CLI::App& app, Common& common, Action& action);
 void add_simulate(CLI::App& app, Common& common, Action& action);
 void add_experiment(CLI::App& app, Common& common, Action& action);
+void add_export(CLI::App& app, Common& common, Action& action);
 void add_report(CLI::App& app, Common& common, Action& action);
 
 }  // namespace takt::cli
