@@ -17,40 +17,40 @@ namespace {
 using Bytes = std::vector<std::byte>;
 constexpr std::size_t step_bytes = 1U << 20;
 
-/// What came out, and whether the input came to its proper end.
+/// How much came out, and whether the input came to its proper end.
 struct Outcome {
-  Bytes bytes;
+  std::size_t filled = 0;
   bool ended = false;
 };
 
-/// Room for at least one more byte, if `most` is not reached yet.
-void grow(Bytes& out, std::size_t filled, std::size_t most) {
-  if (filled == out.size()) out.resize(std::min(most, std::max(2 * filled, std::min(most, step_bytes))));
+/// Room behind `filled`, of `most` bytes in all. The buffer grows with what comes out of the input, not with what the
+/// input claims, and never shrinks: what is used again needs no new memory.
+std::span<std::byte> room_in(Bytes& out, std::size_t filled, std::size_t most) {
+  if (filled >= out.size() && out.size() < most)
+    out.resize(std::min(most, std::max(2 * filled, std::min(most, step_bytes))));
+  return std::span(out).first(std::min(out.size(), most)).subspan(filled);
 }
 
-Outcome from_lz4(std::span<const std::byte> frame, std::size_t most) {
+Outcome from_lz4(std::span<const std::byte> frame, std::size_t most, Bytes& bytes) {
   LZ4F_dctx* raw = nullptr;
   if (LZ4F_isError(LZ4F_createDecompressionContext(&raw, LZ4F_VERSION))) return {};
   const std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> context(raw,
                                                                                      &LZ4F_freeDecompressionContext);
   Outcome out;
-  std::size_t filled = 0, used = 0;
-  while (true) {
-    grow(out.bytes, filled, most);
-    std::size_t room = out.bytes.size() - filled, taken = frame.size() - used;
-    const std::size_t hint =
-        LZ4F_decompress(context.get(), out.bytes.data() + filled, &room, frame.data() + used, &taken, nullptr);
+  for (std::size_t used = 0; !out.ended;) {
+    const auto free = room_in(bytes, out.filled, most);
+    std::size_t room = free.size(), taken = frame.size() - used;
+    const std::size_t hint = LZ4F_decompress(context.get(), free.data(), &room, frame.data() + used, &taken, nullptr);
     if (LZ4F_isError(hint)) break;
-    filled += room;
+    out.filled += room;
     used += taken;
     out.ended = hint == 0;
-    if (out.ended || (room == 0 && taken == 0)) break;  // the end, cut off, or longer than it claims
+    if (room == 0 && taken == 0) break;  // cut off, or longer than it claims
   }
-  out.bytes.resize(filled);
   return out;
 }
 
-Outcome from_bz2(std::span<const std::byte> stream, std::size_t most) {
+Outcome from_bz2(std::span<const std::byte> stream, std::size_t most, Bytes& bytes) {
   bz_stream state{};
   if (BZ2_bzDecompressInit(&state, 0, 0) != BZ_OK) return {};
   const std::unique_ptr<bz_stream, decltype(&BZ2_bzDecompressEnd)> release(&state, &BZ2_bzDecompressEnd);
@@ -58,58 +58,54 @@ Outcome from_bz2(std::span<const std::byte> stream, std::size_t most) {
   state.avail_in = static_cast<unsigned>(stream.size());
 
   Outcome out;
-  std::size_t filled = 0;
-  while (true) {
-    grow(out.bytes, filled, most);
-    const std::size_t room = out.bytes.size() - filled;
+  while (!out.ended) {
+    const auto free = room_in(bytes, out.filled, most);
     const unsigned before = state.avail_in;
-    state.next_out = reinterpret_cast<char*>(out.bytes.data()) + filled;
-    state.avail_out = static_cast<unsigned>(room);
+    state.next_out = reinterpret_cast<char*>(free.data());
+    state.avail_out = static_cast<unsigned>(free.size());
     const int result = BZ2_bzDecompress(&state);
-    const std::size_t got = room - state.avail_out;
-    filled += got;
+    const std::size_t got = free.size() - state.avail_out;
+    out.filled += got;
     out.ended = result == BZ_STREAM_END;
     if (result != BZ_OK || (got == 0 && state.avail_in == before)) break;
   }
-  out.bytes.resize(filled);
   return out;
 }
 
 using ZstdStream = std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)>;
 
-Outcome from_zstd(std::span<const std::byte> frame, std::size_t most) {
+Outcome from_zstd(std::span<const std::byte> frame, std::size_t most, Bytes& bytes) {
   const ZstdStream stream(ZSTD_createDStream(), &ZSTD_freeDStream);
   if (!stream) return {};
   Outcome out;
   ZSTD_inBuffer in{frame.data(), frame.size(), 0};
-  std::size_t filled = 0;
   while (true) {
-    grow(out.bytes, filled, most);
-    ZSTD_outBuffer part{out.bytes.data() + filled, out.bytes.size() - filled, 0};
+    const auto free = room_in(bytes, out.filled, most);
+    ZSTD_outBuffer part{free.data(), free.size(), 0};
     const std::size_t before = in.pos;
     const std::size_t hint = ZSTD_decompressStream(stream.get(), &part, &in);
     if (ZSTD_isError(hint)) break;
-    filled += part.pos;
+    out.filled += part.pos;
     out.ended = hint == 0;
     if ((out.ended && in.pos == in.size) || (part.pos == 0 && in.pos == before)) break;
   }
-  out.bytes.resize(filled);
   return out;
 }
 
-Outcome run(Compression kind, std::span<const std::byte> input, std::size_t most) {
+Outcome run(Compression kind, std::span<const std::byte> input, std::size_t most, Bytes& out) {
   switch (kind) {
     case Compression::none:
       break;
     case Compression::lz4:
-      return from_lz4(input, most);
+      return from_lz4(input, most, out);
     case Compression::bz2:
-      return from_bz2(input, most);
+      return from_bz2(input, most, out);
     case Compression::zstd:
-      return from_zstd(input, most);
+      return from_zstd(input, most, out);
   }
   const auto part = input.first(std::min(input.size(), most));
-  return {Bytes(part.begin(), part.end()), part.size() == input.size()};
+  out.assign(part.begin(), part.end());
+  return {part.size(), part.size() == input.size()};
 }
 
 Bytes to_lz4(std::span<const std::byte> input) {
@@ -153,14 +149,22 @@ std::optional<Compression> compression_named(std::string_view name) {
   return std::nullopt;
 }
 
+bool decompress(Compression kind, std::span<const std::byte> input, std::size_t size, Bytes& out) {
+  const Outcome done = run(kind, input, size, out);
+  return done.ended && done.filled == size;
+}
+
 std::optional<Bytes> decompress(Compression kind, std::span<const std::byte> input, std::size_t size) {
-  Outcome out = run(kind, input, size);
-  if (!out.ended || out.bytes.size() != size) return std::nullopt;
-  return std::move(out.bytes);
+  Bytes out;
+  if (!decompress(kind, input, size, out)) return std::nullopt;
+  out.resize(size);
+  return out;
 }
 
 Bytes decompress_part(Compression kind, std::span<const std::byte> input, std::size_t most) {
-  return run(kind, input, most).bytes;
+  Bytes out;
+  out.resize(run(kind, input, most, out).filled);
+  return out;
 }
 
 Bytes compress(Compression kind, std::span<const std::byte> input) {

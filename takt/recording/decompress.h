@@ -21,6 +21,10 @@ enum class Compression { none, lz4, bz2, zstd };
 /// a false claim of size costs nothing.
 [[nodiscard]] std::optional<std::vector<std::byte>> decompress(Compression kind, std::span<const std::byte> input,
                                                                std::size_t size);
+/// The same into a buffer that is used again and again: it only ever grows, and its first `size` bytes count. False
+/// where the input is broken.
+[[nodiscard]] bool decompress(Compression kind, std::span<const std::byte> input, std::size_t size,
+                              std::vector<std::byte>& out);
 /// As far as it goes, and at most `most` bytes: of an input that is cut off or broken.
 [[nodiscard]] std::vector<std::byte> decompress_part(Compression kind, std::span<const std::byte> input,
                                                      std::size_t most);

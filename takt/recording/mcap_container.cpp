@@ -15,6 +15,8 @@ using namespace mcap;
 
 namespace {
 
+constexpr std::uint64_t most_ahead_bytes = 1U << 25;  // larger chunks are read one at a time
+
 /// What one visit carries along.
 struct Visit {
   const Wants& wants;
@@ -94,6 +96,34 @@ std::vector<std::string> McapContainer::visit(const Wants& wants,
     });
   };
 
+  ByteWindow far(*bytes_, 0, bytes_->size());  // for the look ahead
+  const auto head_of = [&](ByteWindow& window, std::uint64_t at) {
+    const auto record = record_at(window, at);
+    return record ? chunk_head(*bytes_, *record) : std::nullopt;
+  };
+  const auto load = [&](std::uint64_t place, ChunkBuffer& into) {
+    ByteWindow here(*bytes_, place, bytes_->size());
+    auto record = record_at(here, 0);
+    if (!record) return false;
+    record->at = place;
+    const auto head = chunk_head(*bytes_, *record);
+    return head && load_chunk(*bytes_, *head, into);
+  };
+  const auto next_chunk = [&](std::uint64_t place) -> std::uint64_t {
+    constexpr int most_records = 4096;  // a look ahead, not a search
+    auto record = record_at(far, place);
+    for (int i = 0; record && record->end() < bytes_->size() && i < most_records; ++i) {
+      record = record_at(far, record->end());
+      if (!record || record->op == Op::data_end || record->op == Op::footer) return 0;
+      if (record->op != Op::chunk || record->end() > bytes_->size() || !is_wanted(record->at)) continue;
+      const auto head = head_of(far, record->at);
+      if (!head || head->compression.empty() || head->uncompressed_size > most_ahead_bytes) return 0;
+      return record->at;
+    }
+    return 0;
+  };
+  ChunkAhead chunks(load, next_chunk);
+
   std::uint64_t broken = 0;
   bool closed = false;
   ByteWindow file(*bytes_, 0, bytes_->size());
@@ -130,7 +160,8 @@ std::vector<std::string> McapContainer::visit(const Wants& wants,
       const auto in_chunk = [&record](std::uint64_t o, std::uint32_t size) {
         return MessagePlace{record->at, o, size};
       };
-      if (const auto records = chunk_records(*bytes_, *head)) good = visit_chunk(ByteWindow(*records), visit, in_chunk);
+      if (const ChunkBuffer* const chunk = chunks.at(record->at))
+        good = visit_chunk(ByteWindow(chunk->records()), visit, in_chunk);
     }
     if (!good) ++broken;
   }

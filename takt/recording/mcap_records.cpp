@@ -88,20 +88,28 @@ std::optional<ChunkHead> chunk_head(const ByteSource& file, const Record& record
   return out;
 }
 
-std::optional<Bytes> chunk_records(const ByteSource& file, const ChunkHead& head) {
+bool load_chunk(const ByteSource& file, const ChunkHead& head, ChunkBuffer& into) {
   const auto compression = compression_named(head.compression);
   if (!compression || head.uncompressed_size > most_chunk_bytes || head.records_size > most_chunk_bytes ||
       head.records_at > file.size() || head.records_size > file.size() - head.records_at)
-    return std::nullopt;
-  Bytes input(static_cast<std::size_t>(head.records_size));
-  if (!file.read(head.records_at, input)) return std::nullopt;
-  std::optional<Bytes> records;
-  if (*compression != Compression::none)
-    records = decompress(*compression, input, static_cast<std::size_t>(head.uncompressed_size));
-  else if (input.size() == head.uncompressed_size)
-    records = std::move(input);
-  if (records && head.uncompressed_crc != 0 && crc32_of(*records) != head.uncompressed_crc) return std::nullopt;
-  return records;
+    return false;
+  const auto stored_size = static_cast<std::size_t>(head.records_size);
+  Bytes& first = *compression == Compression::none ? into.plain : into.stored;
+  if (first.size() < stored_size) first.resize(stored_size);
+  const auto stored = std::span(first).first(stored_size);
+  into.size = static_cast<std::size_t>(head.uncompressed_size);
+  if (!file.read(head.records_at, stored)) return false;
+  if (*compression == Compression::none ? stored_size != into.size
+                                        : !decompress(*compression, stored, into.size, into.plain))
+    return false;
+  return head.uncompressed_crc == 0 || crc32_of(into.records()) == head.uncompressed_crc;
+}
+
+std::optional<Bytes> chunk_records(const ByteSource& file, const ChunkHead& head) {
+  ChunkBuffer buffer;
+  if (!load_chunk(file, head, buffer)) return std::nullopt;
+  buffer.plain.resize(buffer.size);
+  return std::move(buffer.plain);
 }
 
 Bytes part_of_chunk(const ByteSource& file, const ChunkHead& head) {

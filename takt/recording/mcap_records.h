@@ -11,6 +11,7 @@
 
 #include "takt/recording/byte_cursor.h"
 #include "takt/recording/byte_window.h"
+#include "takt/recording/chunk_ahead.h"
 #include "takt/recording/decompress.h"
 #include "takt/recording/message_file.h"
 
@@ -83,6 +84,8 @@ struct ChunkHead {
 [[nodiscard]] std::optional<ChunkHead> chunk_head(const ByteSource& file, const Record& record);
 /// Its records; nothing where they are broken, too many, or do not have their checksum.
 [[nodiscard]] std::optional<std::vector<std::byte>> chunk_records(const ByteSource& file, const ChunkHead& head);
+/// The same into memory that is used again; false where they are broken.
+[[nodiscard]] bool load_chunk(const ByteSource& file, const ChunkHead& head, ChunkBuffer& into);
 /// What can be had of a chunk that is broken or cut off.
 [[nodiscard]] std::vector<std::byte> part_of_chunk(const ByteSource& file, const ChunkHead& head);
 

@@ -16,6 +16,8 @@ using namespace ros1;
 
 namespace {
 
+constexpr std::uint32_t most_ahead_bytes = 1U << 25;  // larger chunks are read one at a time
+
 /// What one visit carries along.
 struct Visit {
   const Wants& wants;
@@ -93,6 +95,25 @@ std::vector<std::string> Ros1Container::visit(const Wants& wants,
     });
   };
 
+  const auto load = [&](std::uint64_t place, ChunkBuffer& into) {
+    Record chunk;
+    return read_record(*bytes_, place, chunk) == Found::record && load_chunk(*bytes_, chunk, into);
+  };
+  const auto next_chunk = [&](std::uint64_t place) -> std::uint64_t {
+    constexpr int most_records = 4096;  // a look ahead, not a search
+    Record r;
+    Found found = read_record(*bytes_, place, r);
+    for (int i = 0; found == Found::record && i < most_records; ++i) {
+      place = r.end();
+      found = read_record(*bytes_, place, r);
+      if (found != Found::record || r.header.op != Op::chunk || !is_wanted(place)) continue;
+      const bool fits = r.header.compression != "none" && r.header.size.value_or(0) <= most_ahead_bytes;
+      return fits ? place : 0;
+    }
+    return 0;
+  };
+  ChunkAhead chunks(load, next_chunk);
+
   Record record;
   std::uint64_t zeros = 0;  // crashed recorders leave zero-filled tails
   std::uint64_t broken_chunks = 0;
@@ -129,8 +150,8 @@ std::vector<std::string> Ros1Container::visit(const Wants& wants,
       if (record.header.compression == "none") {
         good = record.header.size == record.data_size &&
                visit_records(ByteWindow(*bytes_, record.data_at, record.end()), visit, in_file);
-      } else if (const auto records = read_chunk(*bytes_, record)) {
-        good = visit_records(ByteWindow(*records), visit, in_chunk);
+      } else if (const ChunkBuffer* const chunk = chunks.at(at)) {
+        good = visit_records(ByteWindow(chunk->records()), visit, in_chunk);
       }
       if (!good) ++broken_chunks;
     }

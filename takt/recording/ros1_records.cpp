@@ -107,15 +107,25 @@ std::optional<std::vector<std::byte>> read_data(const ByteSource& file, const Re
   return data;
 }
 
-std::optional<std::vector<std::byte>> read_chunk(const ByteSource& file, const Record& record) {
-  const std::uint32_t size = record.header.size.value_or(0);
+bool load_chunk(const ByteSource& file, const Record& record, ChunkBuffer& into) {
   const auto compression = compression_named(record.header.compression);
-  if (!record.header.size || size > most_chunk_bytes || record.data_size > most_chunk_bytes || !compression)
-    return std::nullopt;
-  auto data = read_data(file, record);
-  if (!data) return std::nullopt;
-  if (*compression == Compression::none) return data->size() == size ? std::move(data) : std::nullopt;
-  return decompress(*compression, *data, size);
+  if (!record.header.size || *record.header.size > most_chunk_bytes || record.data_size > most_chunk_bytes ||
+      !compression)
+    return false;
+  into.size = *record.header.size;
+  auto& first = *compression == Compression::none ? into.plain : into.stored;
+  if (first.size() < record.data_size) first.resize(record.data_size);
+  const auto stored = std::span(first).first(record.data_size);
+  if (!file.read(record.data_at, stored)) return false;
+  if (*compression == Compression::none) return record.data_size == into.size;
+  return decompress(*compression, stored, into.size, into.plain);
+}
+
+std::optional<std::vector<std::byte>> read_chunk(const ByteSource& file, const Record& record) {
+  ChunkBuffer buffer;
+  if (!load_chunk(file, record, buffer)) return std::nullopt;
+  buffer.plain.resize(buffer.size);
+  return std::move(buffer.plain);
 }
 
 std::vector<std::byte> read_part_of_chunk(const ByteSource& file, const Record& record) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "takt/recording/byte_window.h"
+#include "takt/recording/chunk_ahead.h"
 #include "takt/recording/decompress.h"
 #include "takt/recording/files.h"
 #include "takt/recording/message_file.h"
@@ -60,6 +61,8 @@ enum class Found { record, cut_off, broken };
 
 /// The records of a chunk, decompressed; nothing where it is broken or beyond half a gigabyte.
 [[nodiscard]] std::optional<std::vector<std::byte>> read_chunk(const ByteSource& file, const Record& record);
+/// The same into memory that is used again; false where they are broken.
+[[nodiscard]] bool load_chunk(const ByteSource& file, const Record& record, ChunkBuffer& into);
 /// What can be had of a chunk whose data is broken or reaches beyond the file's end.
 [[nodiscard]] std::vector<std::byte> read_part_of_chunk(const ByteSource& file, const Record& record);
 
