@@ -23,36 +23,20 @@ bool is_imu(const std::string& name) {
   return sounds_like(name, {"imu", "gyr"});
 }
 
-/// The relation with the roles exchanged.
-void turn_round(const Estimate& result, CameraToImu& out) {
-  const auto back = inverse(result.clock_map());
-  out.shift_ns = back.pieces().front().offset.count();
-  out.epoch = from_ns(to_ns(back.pieces().front().epoch));
-  out.drift = back.pieces().front().drift;
-  if (result.T_reference_sensor) out.T_imu_cam = result.T_reference_sensor->inverse();
-  if (!result.pieces.empty())
-    for (const auto& p : back.pieces())
-      out.pieces.push_back(
-          {from_ns(to_ns(p.start)), from_ns(to_ns(p.epoch)), p.offset, p.drift, std::sqrt(p.offset_var_s2)});
-}
-
 }  // namespace
 
-CameraToImu camera_to_imu(const Estimate& result, const std::optional<CameraModel>& model) {
-  if (!result.offset) throw std::logic_error("camera_to_imu: the result has no answer");
+CameraToImu camera_to_imu(const Estimate& given, const std::optional<CameraModel>& model) {
+  if (!given.offset) throw std::logic_error("camera_to_imu: the result has no answer");
+  const bool turned = is_camera(given.reference) && is_imu(given.sensor) && !is_camera(given.sensor);
+  const Estimate result = turned ? inverse(given) : given;
   CameraToImu out;
-  const bool turned = is_camera(result.reference) && is_imu(result.sensor) && !is_camera(result.sensor);
-  out.camera = turned ? result.reference : result.sensor;
-  out.imu = turned ? result.sensor : result.reference;
-  if (turned) {
-    turn_round(result, out);
-  } else {
-    out.shift_ns = result.offset->count();
-    out.epoch = result.epoch;
-    out.drift = result.drift.value_or(0);
-    out.T_imu_cam = result.T_reference_sensor;
-    out.pieces = result.pieces;
-  }
+  out.camera = result.sensor;
+  out.imu = result.reference;
+  out.shift_ns = result.offset->count();
+  out.epoch = result.epoch;
+  out.drift = result.drift.value_or(0);
+  out.T_imu_cam = result.T_reference_sensor;
+  out.pieces = result.pieces;
   out.sigma_s = result.sigma_s;
   out.model = model;
   out.middle_row = result.frame_row == "middle";
