@@ -27,6 +27,8 @@ const std::vector<AddVerb> all_verbs{
     add_listen,
     add_simulate,
     add_experiment,
+    add_apply,
+    add_export,
     add_report,
     add_completion,
 };

@@ -9,4 +9,7 @@ namespace takt::cli {
 /// --time-unit, --rate-unit, --from, --to: for every verb that opens recordings. `options` must outlive the parse.
 void add_open_options(CLI::App& verb, OpenOptions& options);
 
+/// --time-unit alone.
+void add_time_unit(CLI::App& verb, OpenOptions& options);
+
 }  // namespace takt::cli

@@ -29,12 +29,14 @@ void add_calibrate(CLI::App& app, Common& common, Action& action);
 void add_align(CLI::App& app, Common& common, Action& action);
 void add_clock(CLI::App& app, Common& common, Action& action);
 void add_listen(CLI::App& app, Common& common, Action& action);
+void add_apply(CLI::App& app, Common& common, Action& action);
 void add_inspect(CLI::App& app, Common& common, Action& action);
 void add_dial(CLI::App& app, Common& common, Action& action);
 void add_pendulum(CLI::App& app, Common& common, Action& action);
 void add_track(CLI::App& app, Common& common, Action& action);
 void add_simulate(CLI::App& app, Common& common, Action& action);
 void add_experiment(CLI::App& app, Common& common, Action& action);
+void add_export(CLI::App& app, Common& common, Action& action);
 void add_report(CLI::App& app, Common& common, Action& action);
 void add_completion(CLI::App& app, Common& common, Action& action);
 

@@ -19,6 +19,7 @@ class ByteCursor {
   [[nodiscard]] std::size_t place() const { return place_; }
 
   std::uint8_t u8() { return number<std::uint8_t>(); }
+  std::uint16_t u16() { return number<std::uint16_t>(); }
   std::uint32_t u32() { return number<std::uint32_t>(); }
   std::uint64_t u64() { return number<std::uint64_t>(); }
   double f64() { return std::bit_cast<double>(number<std::uint64_t>()); }

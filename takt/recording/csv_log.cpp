@@ -112,6 +112,17 @@ Recording read_csv_log(std::string_view text, const std::string& path, const Ope
   return recording;
 }
 
+TimeColumn time_column_of_log(TableRows& rows, const std::string& where, TimeUnit asked, std::string& note) {
+  const std::vector<std::vector<double>> head = head_of(rows);
+  const LogColumns columns = find_columns(rows.shape(), head, where);
+  std::vector<double> times;
+  for (const auto& row : head) times.push_back(row[columns.time]);
+  const std::string header = rows.shape().names.empty() ? std::string() : rows.shape().names[columns.time];
+  const FoundTimeUnit unit = find_time_unit(times, header, asked);
+  note = unit.note;
+  return {columns.time, exponent_to_ns(unit.unit)};
+}
+
 ImuStream read_imu_table(std::string_view text, const std::string& where) {
   TableRows rows(text, where);
   const std::size_t columns = rows.shape().columns;

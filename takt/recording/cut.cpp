@@ -39,6 +39,7 @@ void keep(std::vector<T>& values, const std::vector<std::size_t>& kept) {
 }
 
 void keep_values(ImuStream& s, const std::vector<std::size_t>& kept) {
+  keep(s.arrivals, kept);
   keep(s.gyro_rad_s, kept);
   keep(s.accel_m_s2, kept);
 }
@@ -82,6 +83,7 @@ class CutFrames : public FrameReader {
 };
 
 void keep_values(CameraStream& s, const std::vector<std::size_t>& kept) {
+  keep(s.arrivals, kept);
   keep(s.exposures_s, kept);
   const auto indices = std::make_shared<const std::vector<std::size_t>>(kept);
   s.open = [open = s.open, indices] { return std::make_unique<CutFrames>(open(), indices); };

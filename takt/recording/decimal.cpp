@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/recording/decimal.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -82,6 +83,19 @@ std::optional<std::int64_t> decimal_to_ns(std::string_view text, int exponent_to
     return std::nullopt;
   const auto ns = static_cast<std::int64_t>(*magnitude);
   return negative ? -ns : ns;
+}
+
+std::string decimal_of_ns(std::int64_t ns, int exponent_to_ns, int decimals) {
+  const auto magnitude = ns < 0 ? 0 - static_cast<std::uint64_t>(ns) : static_cast<std::uint64_t>(ns);
+  const auto places = static_cast<std::size_t>(exponent_to_ns);
+  std::string digits = std::to_string(magnitude);
+  if (digits.size() <= places) digits.insert(0, places + 1 - digits.size(), '0');
+  std::string behind = digits.substr(digits.size() - places);
+  digits.resize(digits.size() - places);
+  const auto least = static_cast<std::size_t>(std::max(decimals, 0));
+  while (behind.size() > least && behind.back() == '0') behind.pop_back();
+  if (behind.size() < least) behind.resize(least, '0');
+  return (ns < 0 ? "-" : "") + digits + (behind.empty() ? "" : "." + behind);
 }
 
 std::optional<double> finite_double(std::string_view text) {

@@ -65,5 +65,16 @@ TEST(Decimal, DoublesAreFinite) {
     EXPECT_FALSE(finite_double(wrong)) << wrong;
 }
 
+TEST(Decimal, NanosecondsAreWrittenExactly) {
+  EXPECT_EQ(decimal_of_ns(1264250902773, 9, 0), "1264.250902773");
+  EXPECT_EQ(decimal_of_ns(1264250902773, 0, 0), "1264250902773");
+  EXPECT_EQ(decimal_of_ns(1264250900000, 9, 6), "1264.250900");
+  EXPECT_EQ(decimal_of_ns(-5, 9, 0), "-0.000000005");
+  EXPECT_EQ(decimal_of_ns(12'000'000, 6, 0), "12");
+  EXPECT_EQ(decimal_of_ns(INT64_MIN, 3, 0), "-9223372036854775.808");
+  for (const std::int64_t ns : {std::int64_t{0}, INT64_MAX, std::int64_t{-1}, std::int64_t{123'456'789'012}})
+    for (const int exponent : {0, 3, 6, 9}) EXPECT_EQ(decimal_to_ns(decimal_of_ns(ns, exponent, 2), exponent), ns);
+}
+
 }  // namespace
 }  // namespace takt

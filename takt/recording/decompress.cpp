@@ -3,68 +3,200 @@
 
 #include <bzlib.h>
 #include <lz4frame.h>
+#include <zstd.h>
 
 #include <algorithm>
+#include <cstring>
 #include <memory>
+#include <stdexcept>
 
 namespace takt {
 
 namespace {
 
+using Bytes = std::vector<std::byte>;
 constexpr std::size_t step_bytes = 1U << 20;
 
-/// Room for at least one more byte, if `size` is not reached yet.
-void grow(std::vector<std::byte>& out, std::size_t filled, std::size_t size) {
-  if (filled == out.size()) out.resize(std::min(size, std::max(2 * filled, std::min(size, step_bytes))));
+/// How much came out, and whether the input came to its proper end.
+struct Outcome {
+  std::size_t filled = 0;
+  bool ended = false;
+};
+
+/// Room behind `filled`, of `most` bytes in all. The buffer grows with what comes out of the input, not with what the
+/// input claims, and never shrinks: what is used again needs no new memory.
+std::span<std::byte> room_in(Bytes& out, std::size_t filled, std::size_t most) {
+  if (filled >= out.size() && out.size() < most)
+    out.resize(std::min(most, std::max(2 * filled, std::min(most, step_bytes))));
+  return std::span(out).first(std::min(out.size(), most)).subspan(filled);
 }
 
-}  // namespace
-
-std::optional<std::vector<std::byte>> decompress_lz4(std::span<const std::byte> frame, std::size_t size) {
+Outcome from_lz4(std::span<const std::byte> frame, std::size_t most, Bytes& bytes) {
   LZ4F_dctx* raw = nullptr;
-  if (LZ4F_isError(LZ4F_createDecompressionContext(&raw, LZ4F_VERSION))) return std::nullopt;
+  if (LZ4F_isError(LZ4F_createDecompressionContext(&raw, LZ4F_VERSION))) return {};
   const std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> context(raw,
                                                                                      &LZ4F_freeDecompressionContext);
-  std::vector<std::byte> out;
-  std::size_t filled = 0, used = 0;
-  while (true) {
-    grow(out, filled, size);
-    std::size_t room = out.size() - filled, taken = frame.size() - used;
-    const std::size_t hint =
-        LZ4F_decompress(context.get(), out.data() + filled, &room, frame.data() + used, &taken, nullptr);
-    if (LZ4F_isError(hint)) return std::nullopt;
-    filled += room;
+  Outcome out;
+  for (std::size_t used = 0; !out.ended;) {
+    const auto free = room_in(bytes, out.filled, most);
+    std::size_t room = free.size(), taken = frame.size() - used;
+    const std::size_t hint = LZ4F_decompress(context.get(), free.data(), &room, frame.data() + used, &taken, nullptr);
+    if (LZ4F_isError(hint)) break;
+    out.filled += room;
     used += taken;
-    if (hint == 0) break;
-    if (room == 0 && taken == 0) return std::nullopt;  // cut off, or longer than it claims
+    out.ended = hint == 0;
+    if (room == 0 && taken == 0) break;  // cut off, or longer than it claims
   }
-  if (filled != size) return std::nullopt;
   return out;
 }
 
-std::optional<std::vector<std::byte>> decompress_bz2(std::span<const std::byte> stream, std::size_t size) {
+Outcome from_bz2(std::span<const std::byte> stream, std::size_t most, Bytes& bytes) {
   bz_stream state{};
-  if (BZ2_bzDecompressInit(&state, 0, 0) != BZ_OK) return std::nullopt;
+  if (BZ2_bzDecompressInit(&state, 0, 0) != BZ_OK) return {};
   const std::unique_ptr<bz_stream, decltype(&BZ2_bzDecompressEnd)> release(&state, &BZ2_bzDecompressEnd);
   state.next_in = const_cast<char*>(reinterpret_cast<const char*>(stream.data()));
   state.avail_in = static_cast<unsigned>(stream.size());
 
-  std::vector<std::byte> out;
-  std::size_t filled = 0;
-  while (true) {
-    grow(out, filled, size);
-    const std::size_t room = out.size() - filled;
+  Outcome out;
+  while (!out.ended) {
+    const auto free = room_in(bytes, out.filled, most);
     const unsigned before = state.avail_in;
-    state.next_out = reinterpret_cast<char*>(out.data()) + filled;
-    state.avail_out = static_cast<unsigned>(room);
+    state.next_out = reinterpret_cast<char*>(free.data());
+    state.avail_out = static_cast<unsigned>(free.size());
     const int result = BZ2_bzDecompress(&state);
-    const std::size_t got = room - state.avail_out;
-    filled += got;
-    if (result == BZ_STREAM_END) break;
-    if (result != BZ_OK || (got == 0 && state.avail_in == before)) return std::nullopt;
+    const std::size_t got = free.size() - state.avail_out;
+    out.filled += got;
+    out.ended = result == BZ_STREAM_END;
+    if (result != BZ_OK || (got == 0 && state.avail_in == before)) break;
   }
-  if (filled != size) return std::nullopt;
   return out;
+}
+
+using ZstdStream = std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)>;
+
+Outcome from_zstd(std::span<const std::byte> frame, std::size_t most, Bytes& bytes) {
+  const ZstdStream stream(ZSTD_createDStream(), &ZSTD_freeDStream);
+  if (!stream) return {};
+  Outcome out;
+  ZSTD_inBuffer in{frame.data(), frame.size(), 0};
+  while (true) {
+    const auto free = room_in(bytes, out.filled, most);
+    ZSTD_outBuffer part{free.data(), free.size(), 0};
+    const std::size_t before = in.pos;
+    const std::size_t hint = ZSTD_decompressStream(stream.get(), &part, &in);
+    if (ZSTD_isError(hint)) break;
+    out.filled += part.pos;
+    out.ended = hint == 0;
+    if ((out.ended && in.pos == in.size) || (part.pos == 0 && in.pos == before)) break;
+  }
+  return out;
+}
+
+Outcome run(Compression kind, std::span<const std::byte> input, std::size_t most, Bytes& out) {
+  switch (kind) {
+    case Compression::none:
+      break;
+    case Compression::lz4:
+      return from_lz4(input, most, out);
+    case Compression::bz2:
+      return from_bz2(input, most, out);
+    case Compression::zstd:
+      return from_zstd(input, most, out);
+  }
+  const auto part = input.first(std::min(input.size(), most));
+  out.assign(part.begin(), part.end());
+  return {part.size(), part.size() == input.size()};
+}
+
+Bytes to_lz4(std::span<const std::byte> input) {
+  LZ4F_preferences_t like_ros{};  // roslz4 takes independent blocks with a checksum of the content, nothing else
+  like_ros.frameInfo.blockMode = LZ4F_blockIndependent;
+  like_ros.frameInfo.blockSizeID = LZ4F_max4MB;
+  like_ros.frameInfo.contentChecksumFlag = LZ4F_contentChecksumEnabled;
+  Bytes out(LZ4F_compressFrameBound(input.size(), &like_ros));
+  const std::size_t size = LZ4F_compressFrame(out.data(), out.size(), input.data(), input.size(), &like_ros);
+  if (LZ4F_isError(size)) throw std::runtime_error(std::string("lz4: ") + LZ4F_getErrorName(size));
+  out.resize(size);
+  return out;
+}
+
+Bytes to_bz2(std::span<const std::byte> input) {
+  Bytes out(input.size() + input.size() / 100 + 600);
+  auto size = static_cast<unsigned>(out.size());
+  const int result = BZ2_bzBuffToBuffCompress(reinterpret_cast<char*>(out.data()), &size,
+                                              const_cast<char*>(reinterpret_cast<const char*>(input.data())),
+                                              static_cast<unsigned>(input.size()), 9, 0, 30);
+  if (result != BZ_OK) throw std::runtime_error("bzip2: compression failed");
+  out.resize(size);
+  return out;
+}
+
+Bytes to_zstd(std::span<const std::byte> input) {
+  Bytes out(ZSTD_compressBound(input.size()));
+  const std::size_t size = ZSTD_compress(out.data(), out.size(), input.data(), input.size(), 1);
+  if (ZSTD_isError(size)) throw std::runtime_error(std::string("zstd: ") + ZSTD_getErrorName(size));
+  out.resize(size);
+  return out;
+}
+
+}  // namespace
+
+std::optional<Compression> compression_named(std::string_view name) {
+  if (name.empty() || name == "none") return Compression::none;
+  if (name == "lz4") return Compression::lz4;
+  if (name == "bz2") return Compression::bz2;
+  if (name == "zstd") return Compression::zstd;
+  return std::nullopt;
+}
+
+bool decompress(Compression kind, std::span<const std::byte> input, std::size_t size, Bytes& out) {
+  const Outcome done = run(kind, input, size, out);
+  return done.ended && done.filled == size;
+}
+
+std::optional<Bytes> decompress(Compression kind, std::span<const std::byte> input, std::size_t size) {
+  Bytes out;
+  if (!decompress(kind, input, size, out)) return std::nullopt;
+  out.resize(size);
+  return out;
+}
+
+Bytes decompress_part(Compression kind, std::span<const std::byte> input, std::size_t most) {
+  Bytes out;
+  out.resize(run(kind, input, most, out).filled);
+  return out;
+}
+
+Bytes compress(Compression kind, std::span<const std::byte> input) {
+  switch (kind) {
+    case Compression::none:
+      break;
+    case Compression::lz4:
+      return to_lz4(input);
+    case Compression::bz2:
+      return to_bz2(input);
+    case Compression::zstd:
+      return to_zstd(input);
+  }
+  return {input.begin(), input.end()};
+}
+
+bool decompress_zstd_file(const ByteSource& file, const std::function<bool(std::span<const std::byte>)>& put) {
+  const ZstdStream stream(ZSTD_createDStream(), &ZSTD_freeDStream);
+  Bytes block(step_bytes), piece(step_bytes);
+  std::size_t hint = 1;
+  for (std::uint64_t at = 0; at < file.size(); at += block.size()) {
+    block.resize(static_cast<std::size_t>(std::min<std::uint64_t>(step_bytes, file.size() - at)));
+    if (!file.read(at, block)) return false;
+    ZSTD_inBuffer in{block.data(), block.size(), 0};
+    ZSTD_outBuffer out{};
+    do {
+      out = {piece.data(), piece.size(), 0};
+      hint = ZSTD_decompressStream(stream.get(), &out, &in);
+      if (ZSTD_isError(hint) || !put(std::span<const std::byte>(piece).first(out.pos))) return false;
+    } while (in.pos < in.size || (hint != 0 && out.pos == out.size));
+  }
+  return hint == 0;
 }
 
 }  // namespace takt

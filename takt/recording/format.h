@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "takt/recording/restamp.h"
 #include "takt/streams/streams.h"
 
 namespace takt {
@@ -22,12 +23,16 @@ struct OpenOptions {
   int frame_shift = 0;  ///< numbered pictures beside a stamp list: picture N has the (N + shift)-th stamp, from 1
 };
 
-/// One row of the table of formats. A new format is one file pair `<format>.{h,cpp}` with these two functions and a row
-/// in `formats` (open_recording.cpp). The cut of OpenOptions is applied by open_recording, not by formats.
+/// One row of the table of formats. A new format is one file pair `<format>.{h,cpp}` with the first two functions and a
+/// row in `formats` (open_recording.cpp). The cut of OpenOptions is applied by open_recording, not by formats.
 struct Format {
   const char* name;                        ///< as it stands in Recording::format: "ASL folder"
   bool (*sniff)(const std::string& path);  ///< cheap, never throws: a look at names or at the first bytes
   Recording (*read)(const std::string& path, const OpenOptions& options);  ///< throws takt::Error
+  /// Writes `in` with other stamps to `out`, a file or folder that is not there yet; nothing is written where `out` is
+  /// empty. Null where the format cannot be written. Throws takt::Error.
+  Restamped (*restamp)(const std::string& in, const std::string& out, const Restamping& order,
+                       const OpenOptions& options) = nullptr;
 };
 
 }  // namespace takt

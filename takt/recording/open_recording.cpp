@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/recording/open_recording.h"
 
+#include <fmt/core.h>
+
 #include <filesystem>
 
 #include "takt/error.h"
@@ -10,7 +12,11 @@
 #include "takt/recording/frame_folder.h"
 #include "takt/recording/gateware.h"
 #include "takt/recording/gopro.h"
+#include "takt/recording/mcap.h"
 #include "takt/recording/ros1_bag.h"
+#include "takt/recording/ros1_restamp.h"
+#include "takt/recording/rosbag2.h"
+#include "takt/recording/text_restamp.h"
 #include "takt/recording/tracks_folder.h"
 #include "takt/recording/video_reader.h"
 #include "takt/recording/video_with_log.h"
@@ -20,15 +26,19 @@ namespace takt {
 const std::vector<Format>& formats() {
   // Folders first, then files by their first bytes; a bare log is tried last because any text might be one.
   static const std::vector<Format> table{
-      {"ASL folder", looks_like_asl, read_asl},
-      {"tracks folder", looks_like_tracks_folder, read_tracks_folder},
+      {"ASL folder", looks_like_asl, read_asl, restamp_asl},
+      {"tracks folder", looks_like_tracks_folder, read_tracks_folder, restamp_tracks_folder},
+      {"rosbag2 folder", looks_like_rosbag2_folder, read_rosbag2_folder, restamp_rosbag2_folder},
       {"frame folder", looks_like_frame_folder, read_frame_folder},
       {"video with log", is_video_with_log, read_video_with_log},
       {"GoPro video", is_gopro, read_gopro},
       {"video", is_video, read_video},
-      {"ROS 1 bag", looks_like_ros1_bag, read_ros1_bag},
+      {"ROS 1 bag", looks_like_ros1_bag, read_ros1_bag, restamp_ros1_bag},
+      {"MCAP", looks_like_mcap, read_mcap, restamp_mcap},
+      {"rosbag2 database", looks_like_db3, read_db3, restamp_db3},
+      {"compressed rosbag2 file", looks_like_zstd_bag, read_zstd_bag, restamp_zstd_bag},
       {"gateware capture", looks_like_gateware, read_gateware},
-      {"CSV log", looks_like_csv_log, read_csv_log},
+      {"CSV log", looks_like_csv_log, read_csv_log, restamp_csv_log},
   };
   return table;
 }
@@ -55,6 +65,15 @@ Recording open_recording(const std::string& path, const OpenOptions& options) {
   recording.format = format.name;
   cut(recording, options.from_s, options.to_s);
   return recording;
+}
+
+Restamped restamp_recording(const std::string& in, const std::string& out, const Restamping& order,
+                            const OpenOptions& options) {
+  const Format& format = format_of(in);
+  if (!format.restamp)
+    throw Error(fmt::format("a {} cannot be written with other stamps", format.name), in,
+                "hand the offset to the tool that reads it: takt export");
+  return format.restamp(in, out, order, options);
 }
 
 }  // namespace takt

@@ -14,4 +14,9 @@ namespace takt {
 /// Throws takt::Error for a path that does not exist, has no known format, or is broken.
 [[nodiscard]] Recording open_recording(const std::string& path, const OpenOptions& options = {});
 
+/// Writes the recording `in` with other stamps on one of its streams to `out`, which must not be there yet; only says
+/// what would change where `out` is empty. Throws takt::Error, also for formats that cannot be written.
+[[nodiscard]] Restamped restamp_recording(const std::string& in, const std::string& out, const Restamping& order,
+                                          const OpenOptions& options = {});
+
 }  // namespace takt

@@ -57,7 +57,7 @@ std::string shown(std::string_view cell) {
 }  // namespace
 
 TableRows::TableRows(std::string_view text, std::string where) : text_(text), where_(std::move(where)) {
-  if (text_.starts_with("\xef\xbb\xbf")) text_.remove_prefix(3);
+  if (text_.starts_with("\xef\xbb\xbf")) text_.remove_prefix(mark_bytes_ = 3);
   if (is_binary(text_)) throw Error("is binary, not text", where_, "give the CSV export of this log");
 
   std::string_view line, header;

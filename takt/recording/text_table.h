@@ -34,6 +34,8 @@ class TableRows {
   [[nodiscard]] std::string place() const;
   /// Bytes of text after the current row, and of the current row with its line end: to reserve memory by.
   [[nodiscard]] std::size_t rows_left_about() const;
+  /// Bytes of text before the first row.
+  [[nodiscard]] std::size_t header_bytes() const { return mark_bytes_ + first_place_; }
   /// Back before the first row.
   void rewind();
 
@@ -49,6 +51,7 @@ class TableRows {
   std::size_t place_ = 0;        // byte after the current line
   std::size_t line_ = 0;         // its number, from 1
   std::size_t row_bytes_ = 0;    // length of the current line
+  std::size_t mark_bytes_ = 0;   // of the byte order mark, which the text is without
   std::size_t first_place_ = 0;  // where rows begin
   std::size_t first_line_ = 0;
 };

@@ -114,6 +114,18 @@ std::optional<std::vector<double>> YamlFields::numbers(const std::string& key) c
   return out;
 }
 
+std::optional<std::vector<std::string>> YamlFields::texts(const std::string& key) const {
+  if (!has(key)) return std::nullopt;
+  const YAML::Node& map = node_->yaml;
+  std::vector<std::string> out;
+  if (!map[key].IsSequence()) fail(key, "is not a list");
+  for (const auto& item : map[key]) {
+    if (!item.IsScalar()) fail(key, "is not a list of words");
+    out.push_back(item.Scalar());
+  }
+  return out;
+}
+
 std::optional<Mat4> YamlFields::transform(const std::string& key) const {
   if (!has(key)) return std::nullopt;
   const YAML::Node& map = node_->yaml;

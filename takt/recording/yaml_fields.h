@@ -26,6 +26,7 @@ class YamlFields {
   [[nodiscard]] YamlFields under(const std::string& key) const;
   [[nodiscard]] std::optional<double> number(const std::string& key) const;
   [[nodiscard]] std::optional<std::string> text(const std::string& key) const;
+  [[nodiscard]] std::optional<std::vector<std::string>> texts(const std::string& key) const;
   [[nodiscard]] std::optional<std::vector<double>> numbers(const std::string& key) const;
   /// 4×4 as nested rows, a flat list of 16, or an OpenCV matrix. Its rotation must be one, to 1e-3.
   [[nodiscard]] std::optional<Mat4> transform(const std::string& key) const;

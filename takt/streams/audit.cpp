@@ -209,6 +209,7 @@ Tidied tidy(ImuStream imu) {
   out.imu.T_body_imu = imu.T_body_imu;
   for (const std::size_t i : order) {
     out.imu.stamps.push_back(imu.stamps[i]);
+    if (!imu.arrivals.empty()) out.imu.arrivals.push_back(imu.arrivals[i]);
     out.imu.gyro_rad_s.push_back(imu.gyro_rad_s[i]);
     if (!imu.accel_m_s2.empty()) out.imu.accel_m_s2.push_back(imu.accel_m_s2[i]);
   }

@@ -30,6 +30,7 @@ struct ImuStream {
   std::string name;
   std::string clock;
   std::vector<Stamp> stamps;
+  std::vector<Stamp> arrivals;  ///< empty, or when each was recorded, on the recorder's clock
   std::vector<Vec3> gyro_rad_s;
   std::vector<Vec3> accel_m_s2;
   std::optional<ImuNoise> noise;
@@ -64,6 +65,7 @@ struct CameraStream {
   std::string name;
   std::string clock;
   std::vector<Stamp> stamps;
+  std::vector<Stamp> arrivals;      ///< empty, or when each was recorded, on the recorder's clock
   std::vector<double> exposures_s;  ///< empty or one a frame
   FrameTiming timing;
   std::optional<CameraModel> model;

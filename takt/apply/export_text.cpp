@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/apply/export_text.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "takt/calibration/words.h"
+
+namespace takt::export_text {
+
+std::string seconds(std::int64_t ns) {
+  const auto magnitude = ns < 0 ? 0 - static_cast<std::uint64_t>(ns) : static_cast<std::uint64_t>(ns);
+  return fmt::format("{}{}.{:09}", ns < 0 ? "-" : "", magnitude / 1'000'000'000, magnitude % 1'000'000'000);
+}
+
+std::string number(double v) {
+  const std::string text = fmt::format("{}", v == 0 ? 0.0 : v);  // no minus before a zero
+  return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
+}
+
+std::string list(const std::vector<double>& values) {
+  std::string out;
+  for (const double v : values) out += (out.empty() ? "[" : ", ") + number(v);
+  return out.empty() ? "[]" : out + "]";
+}
+
+std::vector<double> row_major(const Mat4& m) {
+  std::vector<double> out;
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c) out.push_back(m(r, c));
+  return out;
+}
+
+std::string matrix_rows(const std::string& key, const Mat4& m, int indent) {
+  const std::string blanks(static_cast<std::size_t>(indent), ' ');
+  std::string out = blanks + key + ":\n";
+  for (int r = 0; r < 4; ++r) out += fmt::format("{}  - {}\n", blanks, list({m(r, 0), m(r, 1), m(r, 2), m(r, 3)}));
+  return out;
+}
+
+std::string opencv_matrix(const std::string& key, const Mat4& m) {
+  return fmt::format("{}: !!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: d\n   data: {}\n", key, list(row_major(m)));
+}
+
+std::string offset_words(const CameraToImu& c) {
+  const Duration size(c.shift_ns < 0 ? -c.shift_ns : c.shift_ns);
+  return fmt::format("{} is {} {} against {}", c.camera, time_words(size, c.sigma_s), c.shift_ns < 0 ? "late" : "early",
+                     c.imu);
+}
+
+std::string kalibr_camera(const CameraToImu& c, int indent) {
+  const std::string blanks(static_cast<std::size_t>(indent), ' ');
+  if (!c.model)
+    return blanks + "# camera_model, intrinsics, distortion and resolution are not known: see --intrinsics\n";
+  const CameraModel& m = *c.model;
+  const char* const distortion = m.distortion == Distortion::radtan        ? "radtan"
+                                 : m.distortion == Distortion::equidistant ? "equidistant"
+                                                                           : "none";
+  std::string out = blanks + "camera_model: pinhole\n";
+  out += fmt::format("{}intrinsics: {}\n", blanks, list({m.fx, m.fy, m.cx, m.cy}));
+  out += fmt::format("{}distortion_model: {}\n", blanks, distortion);
+  out += fmt::format("{}distortion_coeffs: {}\n", blanks,
+                     m.distortion == Distortion::none ? "[]" : list({m.coeffs.begin(), m.coeffs.end()}));
+  out += fmt::format("{}resolution: [{}, {}]\n", blanks, m.width, m.height);
+  return out;
+}
+
+std::string head_comment(const CameraToImu& c) {
+  return fmt::format("# takt: {}, so t_imu = t_cam {} {} s\n", offset_words(c), c.shift_ns < 0 ? "-" : "+",
+                     seconds(c.shift_ns < 0 ? -c.shift_ns : c.shift_ns));
+}
+
+}  // namespace takt::export_text

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/apply/exports.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "takt/calibration/words.h"
+
+namespace takt {
+
+namespace {
+
+bool sounds_like(const std::string& name, std::initializer_list<const char*> words) {
+  return std::any_of(words.begin(), words.end(), [&](const char* w) { return name.find(w) != std::string::npos; });
+}
+bool is_camera(const std::string& name) {
+  return sounds_like(name, {"cam", "image", "video", "frame"});
+}
+bool is_imu(const std::string& name) {
+  return sounds_like(name, {"imu", "gyr"});
+}
+
+}  // namespace
+
+CameraToImu camera_to_imu(const Estimate& given, const std::optional<CameraModel>& model) {
+  if (!given.offset) throw std::logic_error("camera_to_imu: the result has no answer");
+  const bool turned = is_camera(given.reference) && is_imu(given.sensor) && !is_camera(given.sensor);
+  const Estimate result = turned ? inverse(given) : given;
+  CameraToImu out;
+  out.camera = result.sensor;
+  out.imu = result.reference;
+  out.shift_ns = result.offset->count();
+  out.epoch = result.epoch;
+  out.drift = result.drift.value_or(0);
+  out.T_imu_cam = result.T_reference_sensor;
+  out.pieces = result.pieces;
+  out.sigma_s = result.sigma_s;
+  out.model = model;
+  out.middle_row = result.frame_row == "middle";
+
+  if (result.line_delay_s && *result.line_delay_s != 0) {
+    if (model && model->height > 0) out.readout_s = *result.line_delay_s * model->height;
+    if (out.readout_s && !out.middle_row) {
+      const std::int64_t half = from_seconds(0.5 * *out.readout_s).count();
+      out.shift_ns += half;
+      for (OffsetPiece& p : out.pieces) p.offset += Duration(half);
+      out.middle_row = true;
+      out.remarks.push_back(fmt::format("half the readout of {} was added: the offset is now that of the middle row",
+                                        time_words(*out.readout_s, std::nullopt)));
+    } else if (!out.readout_s) {
+      out.remarks.emplace_back(
+          "the shutter rolls, but the number of rows is not known: give --intrinsics, so that the readout can be "
+          "written and the offset moved to the middle row");
+    }
+  }
+  if (out.drift != 0 || out.pieces.size() > 1)
+    out.remarks.push_back(
+        fmt::format("the offset moves by {:.3g} ppm; what was written holds at {} ns of {}'s clock, so restamp with "
+                    "takt apply where that matters",
+                    1e6 * out.drift, to_ns(out.epoch), out.camera));
+  return out;
+}
+
+const std::vector<ExportFormat>& export_formats() {
+  static const std::vector<ExportFormat> table{
+      {"basalt", ".json", export_basalt},         {"fastlivo2", ".yaml", export_fastlivo2},
+      {"gyroflow", ".gyroflow", export_gyroflow}, {"ikalibr", ".yaml", export_ikalibr},
+      {"kalibr", ".yaml", export_kalibr},         {"kimera", ".yaml", export_kimera},
+      {"okvis", ".yaml", export_okvis},           {"openvins", ".yaml", export_openvins},
+      {"orbslam3", ".yaml", export_orbslam3},     {"vins", ".yaml", export_vins},
+  };
+  return table;
+}
+
+const ExportFormat* export_format(const std::string& name) {
+  const auto& all = export_formats();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const ExportFormat& f) { return name == f.name; });
+  return found == all.end() ? nullptr : &*found;
+}
+
+}  // namespace takt
