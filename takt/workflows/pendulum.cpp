@@ -104,7 +104,7 @@ std::optional<YamlFields> read_rig_file(const PendulumJob& job, PendulumOutcome&
 
 /// The dial's angles: as they were logged, or read from pictures.
 AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, const PendulumJob& job,
-                    PendulumOutcome& out, std::string& doubt) {
+                    PendulumOutcome& out) {
   if (!streams.angles.empty()) {
     keep_named(streams.angles, job.sensor, job.input);
     AngleStream dial = std::move(streams.angles.front());
@@ -120,15 +120,10 @@ AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, cons
   const DialRig seen = dial_rig(*rig, camera, job.dial_method);
   DialOptions options = seen.options;
   options.threads = job.threads;
-  if (job.pendulum.estimate_line_delay) options.bands = 4;
+  options.rows = job.pendulum.estimate_line_delay;
   options.progress = job.progress;
   DialAngles read = dial_angles(camera, seen.dial, seen.view, options);
   for (const std::string& note : read.notes) out.notes.push_back(camera.name + ": " + note);
-  if (!read.angles.rows.empty() && camera.timing.shutter == Shutter::rolling &&
-      std::abs(std::sin(seen.view.roll_rad)) > 0.05)
-    doubt =
-        "a rolling shutter stretches the dial along a rolled camera's rows, which is not modelled: the delay may be "
-        "off by half a percent of the readout";
   if (read.angles.size() == 0)
     throw Error("none of its pictures shows the dial", job.input,
                 "check dial_radius_m, camera_distance_m and roll_deg");
@@ -145,15 +140,13 @@ PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
   Streams streams = read_streams(job, out);
   keep_named(streams.imus, job.reference, job.input);
   const std::optional<YamlFields> rig = read_rig_file(job, out);
-  std::string doubt;
-  const AngleStream dial = dial_of(streams, rig, job, out, doubt);
+  const AngleStream dial = dial_of(streams, rig, job, out);
   PendulumOptions options = job.pendulum;
   // Readings of a frame from several rows are there to find what lies between the rows.
   if (dial.timing.shutter == Shutter::rolling && dial.timing.readout_s == 0 && !dial.rows.empty())
     options.estimate_line_delay = true;
   for (const ImuStream& imu : streams.imus) {
     Estimate e = calibrate_pendulum(dial, imu, options);
-    if (!doubt.empty() && e.answered()) e.doubt(Verdict::weak, doubt);
     out.estimates.push_back(chosen(std::move(e), job.estimator));
   }
   return out;
