@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/workflows/pendulum.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -132,6 +134,20 @@ AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, cons
 
 }  // namespace
 
+namespace {
+
+/// Where both are known they should agree: a nominal readout is often a few percent off.
+void compare_line_delay(Estimate& e, const FrameTiming& told) {
+  if (!e.line_delay_s || told.readout_s == 0) return;
+  const double away = *e.line_delay_s - told.line_delay_s(), sigma = e.line_delay_sigma_s.value_or(0);
+  if (std::abs(away) < std::max(5 * sigma, 0.2e-6)) return;
+  e.doubt(Verdict::trusted, fmt::format("the line delay is {:.2f} ± {:.2f} µs, not the {:.2f} µs of the readout that "
+                                        "was told; what was found is used",
+                                        *e.line_delay_s * 1e6, sigma * 1e6, told.line_delay_s() * 1e6));
+}
+
+}  // namespace
+
 PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
   const std::vector<std::string> estimators{"all", "spline", "damped", "extrema"};
   if (std::find(estimators.begin(), estimators.end(), job.estimator) == estimators.end())
@@ -143,10 +159,13 @@ PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
   const AngleStream dial = dial_of(streams, rig, job, out);
   PendulumOptions options = job.pendulum;
   // Readings of a frame from several rows are there to find what lies between the rows.
-  if (dial.timing.shutter == Shutter::rolling && dial.timing.readout_s == 0 && !dial.rows.empty())
-    options.estimate_line_delay = true;
+  if (!dial.rows.empty()) options.estimate_line_delay = true;
+  const auto rig_temperature = rig ? rig->number("temperature_c") : std::nullopt;
   for (const ImuStream& imu : streams.imus) {
     Estimate e = calibrate_pendulum(dial, imu, options);
+    compare_line_delay(e, dial.timing);
+    if (const auto t = imu.temperature_c ? imu.temperature_c : rig_temperature)
+      e.extras.push_back({"temperature_c", *t, std::nullopt});
     out.estimates.push_back(chosen(std::move(e), job.estimator));
   }
   return out;

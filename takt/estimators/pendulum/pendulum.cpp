@@ -244,6 +244,7 @@ void doubt_conditions(Estimate& e, const Signals& s, const Swings& swings, const
             fmt::format("the gyro stands at its limit of {:.2f} rad/s; {:.0f} % of its readings were left out",
                         s.saturation_rad_s, 100 * share));
   }
+  if (!s.doubt.empty()) e.doubt(Verdict::weak, s.doubt);
   for (const std::string& note : s.notes) e.doubt(Verdict::trusted, note);
   if (!window.note.empty()) e.doubt(Verdict::trusted, window.note);
 }
