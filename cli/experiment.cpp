@@ -23,7 +23,10 @@ void add_experiment(CLI::App& app, Common& common, Action& action) {
       ->check(writable_as({".html"}))
       ->type_name("FILE.html");
   paper.add_flag("--images", options->images, "read the angles from rendered pictures: some ten minutes of two cores");
-  paper.add_option("--repeats", options->repeats, "runs a temperature in tables 6 and 7")
+  paper.add_option("--runs", options->runs, "recordings a setting in tables 4 and 5, which are averaged")
+      ->check(CLI::Range(2, 1000))
+      ->default_val(options->runs);
+  paper.add_option("--repeats", options->repeats, "recordings a temperature in tables 6 and 7")
       ->check(CLI::Range(2, 1000))
       ->default_val(options->repeats);
   paper.callback([options, &common, &action] {
