@@ -37,7 +37,8 @@ std::string table_of_methods(const Estimate& e, bool colour) {
   for (const Estimate& other : e.estimates) {
     const std::string offset = other.answered() ? time_words(*other.offset, other.sigma_s) : "no answer";
     const std::string why = other.reasons.empty() ? "" : other.reasons.front();
-    cells.push_back({other.method, offset, to_string(other.verdict), why});
+    const std::string name = other.reference == e.reference ? other.method : other.method + ", " + other.reference;
+    cells.push_back({name, offset, to_string(other.verdict), why});
     paint.push_back(colour_of(other.verdict));
   }
   // Columns are as wide as their widest cell, counted in characters: ± and µ have two bytes.
@@ -108,9 +109,13 @@ std::string in_words(const Estimate& e, bool brief, bool colour) {
   return out;
 }
 
-int hand_over(const Estimate& e, const Common& common) {
+void write_outputs(const Estimate& e, const Common& common) {
   if (!common.output.empty()) write_result(e, common.output);
   if (!common.report.empty()) write_file(common.report, report_page({e}, {}));
+}
+
+int hand_over(const Estimate& e, const Common& common) {
+  write_outputs(e, common);
   if (common.json)
     fmt::print("{}", to_json(e));
   else

@@ -18,6 +18,9 @@ void add_result_output(CLI::App& verb, Common& common);
 /// its ending fits.
 [[nodiscard]] CLI::Validator writable_as(std::vector<std::string> endings);
 
+/// Writes -o and --report.
+void write_outputs(const Estimate& e, const Common& common);
+
 /// Writes -o and --report, prints the result (or, with --json, exactly one object) and returns the exit status.
 [[nodiscard]] int hand_over(const Estimate& e, const Common& common);
 

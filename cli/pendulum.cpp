@@ -4,13 +4,15 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <memory>
 
 #include "cli/open_options.h"
 #include "cli/output.h"
 #include "cli/progress.h"
+#include "takt/workflows/pendulum_repeats.h"
 #include "takt/workflows/provenance.h"
-#include "takt/workflows/report.h"
 
 namespace takt::cli {
 
@@ -23,17 +25,23 @@ struct Line {
 };
 
 /// One result for all IMUs of a run: the first one's, with what was found for the others beside it.
-Estimate together(std::vector<Estimate> found) {
-  Estimate e = std::move(found.front());
+Estimate together(const std::vector<Estimate>& found) {
+  Estimate e = found.front();
   for (std::size_t i = 1; i < found.size(); ++i) {
-    found[i].evidence = {};
-    found[i].estimates.clear();
-    e.estimates.push_back(std::move(found[i]));
+    Estimate other = found[i];
+    for (Panel panel : other.evidence.panels) {
+      panel.name += "_" + other.reference;
+      panel.title += ", " + other.reference;
+      e.evidence.panels.push_back(std::move(panel));
+    }
+    other.evidence = {};
+    other.estimates.clear();
+    e.estimates.push_back(std::move(other));
   }
   return e;
 }
 
-Estimate calibrate_one(const std::string& input, const Line& line, const Common& common) {
+PendulumOutcome calibrate_one(const std::string& input, const Line& line, const Common& common) {
   PendulumJob job = line.job;
   job.input = input;
   job.threads = common.threads;
@@ -44,21 +52,50 @@ Estimate calibrate_one(const std::string& input, const Line& line, const Common&
   PendulumOutcome out = calibrate_pendulum(job);
   if (!common.quiet)
     for (const std::string& note : out.notes) fmt::print(stderr, "{}\n", note);
-  if (!common.json && out.estimates.size() > 1)
-    for (const Estimate& e : out.estimates) fmt::print("{}\n", sentence(e));
-  Estimate e = together(std::move(out.estimates));
-  e.provenance = make_provenance(common.command, out.files, std::nullopt);
-  return e;
+  return out;
 }
 
-/// Several runs: each one's sentence, and how far they agree.
-int repeats(const std::vector<Estimate>& results, const Line& line, const Common& common) {
-  if (!common.json)
-    for (std::size_t i = 0; i < results.size(); ++i) fmt::print("{}: {}\n", line.inputs[i], sentence(results[i]));
-  fmt::print("{}", common.json ? repeatability_json(results) : repeatability_words(results));
+int worst_status(const std::vector<Estimate>& found) {
   int status = 0;
-  for (const Estimate& e : results) status = std::max(status, exit_status(e));
+  for (const Estimate& e : found) status = std::max(status, exit_status(e));
   return status;
+}
+
+int one_run(const std::string& input, const Line& line, const Common& common) {
+  const PendulumOutcome out = calibrate_one(input, line, common);
+  Estimate whole = together(out.estimates);
+  whole.provenance = make_provenance(common.command, out.files, std::nullopt);
+  write_outputs(whole, common);
+  if (common.json) {
+    fmt::print("{}", to_json(whole));
+  } else {
+    for (const Estimate& e : out.estimates) fmt::print("{}", in_words(e, common.quiet, colour_welcome(1)));
+  }
+  return worst_status(out.estimates);
+}
+
+/// Several runs: each one's sentences, how far they agree, and the mean.
+int repeats(const Line& line, const Common& common) {
+  std::vector<PendulumRun> runs;
+  std::vector<std::string> files;
+  for (const std::string& input : line.inputs) {
+    PendulumOutcome out = calibrate_one(input, line, common);
+    const std::filesystem::path path(input);
+    const std::string name = (path.has_filename() ? path : path.parent_path()).filename().string();
+    if (!common.json && !common.quiet)
+      for (const Estimate& e : out.estimates) fmt::print("{}: {}\n", name, sentence(e));
+    files.insert(files.end(), out.files.begin(), out.files.end());
+    runs.push_back({name, std::move(out.estimates)});
+  }
+  Estimate whole = repeat_estimate(runs);
+  whole.provenance = make_provenance(common.command, files, std::nullopt);
+  const std::vector<RepeatBin> bins = repeat_bins(runs);
+  write_outputs(whole, common);
+  if (common.json)
+    fmt::print("{}", repeat_json(whole, bins));
+  else
+    fmt::print("\n{}\n{}", repeat_words(bins), in_words(whole, true, colour_welcome(1)));
+  return exit_status(whole);
 }
 
 int pendulum(const Line& line, const Common& common) {
@@ -67,14 +104,8 @@ int pendulum(const Line& line, const Common& common) {
     fmt::print(stderr, "takt pendulum: give a recording, or both --angle FILE and --imu FILE\n");
     return 2;
   }
-  if (line.inputs.size() < 2) return hand_over(calibrate_one(files ? "" : line.inputs.front(), line, common), common);
-  if (!common.output.empty() || !common.report.empty()) {
-    fmt::print(stderr, "takt pendulum: -o and --report take one recording; write each, then: takt report RESULT...\n");
-    return 2;
-  }
-  std::vector<Estimate> results;
-  for (const std::string& input : line.inputs) results.push_back(calibrate_one(input, line, common));
-  return repeats(results, line, common);
+  if (line.inputs.size() > 1) return repeats(line, common);
+  return one_run(files ? "" : line.inputs.front(), line, common);
 }
 
 }  // namespace

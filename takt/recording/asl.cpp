@@ -135,6 +135,7 @@ ImuStream read_asl_imu(std::string_view data_csv, std::string_view sensor_yaml, 
   }
   const YamlFields sensor(sensor_yaml, (fs::path(folder) / "sensor.yaml").string());
   imu.T_body_imu = sensor.transform("T_BS");
+  imu.temperature_c = sensor.number("temperature_c");
   if (sensor.has("gyroscope_noise_density"))
     imu.noise = ImuNoise{.gyro_density = sensor.number("gyroscope_noise_density").value_or(0),
                          .gyro_random_walk = sensor.number("gyroscope_random_walk").value_or(0),

@@ -22,14 +22,14 @@ std::string page(const std::string& title, const std::string& body, bool interac
   return out + "</body>\n</html>\n";
 }
 
-std::string single(const Estimate& e) {
-  return headline(e) + facts(e) + methods(e) + evidence(e, "") + assumptions(e) + provenance(e);
+std::string single(const Estimate& e, const std::vector<ReportTable>& more) {
+  return headline(e) + facts(e) + methods(e) + tables(more) + evidence(e, "") + assumptions(e) + provenance(e);
 }
 
 }  // namespace
 
 std::string html_report(const Estimate& result, const ReportOptions& options) {
-  return page(sentence(result), single(result), options.interactive);
+  return page(sentence(result), single(result, options.tables), options.interactive);
 }
 
 std::string html_report(const std::vector<Estimate>& results, const ReportOptions& options) {

@@ -4,13 +4,15 @@
 #include <vector>
 
 #include "takt/calibration/estimate.h"
+#include "takt/report/table.h"
 
 /// One self-contained HTML page: static SVG that mail and paper show, and interaction on top where scripts run.
 namespace takt {
 
 struct ReportOptions {
-  std::vector<std::string> names;  ///< of several results, in their order; usually their files
-  bool interactive = true;         ///< with the script for readout, zoom and hiding series
+  std::vector<std::string> names;     ///< of several results, in their order; usually their files
+  std::vector<ReportTable> tables{};  ///< shown before the plots of a single result
+  bool interactive = true;            ///< with the script for readout, zoom and hiding series
 };
 
 [[nodiscard]] std::string html_report(const Estimate& result, const ReportOptions& options = {});

@@ -84,13 +84,15 @@ std::string list_items(const std::vector<std::string>& texts) {
   return out;
 }
 
-std::string method_row(const Estimate& e, const Intervals& intervals, bool chosen) {
+std::string method_row(const Estimate& e, const Estimate& result, const Intervals& intervals) {
+  const bool same_pair = e.reference == result.reference, chosen = same_pair && e.method == result.method;
   const std::string offset = e.answered() ? with_minus(time_words(*e.offset, e.sigma_s)) : "no answer";
   const std::string why = e.reasons.empty() ? "" : escape(e.reasons.front());
   return fmt::format(
       "<tr{}><td>{}</td><td class=\"n\">{}</td><td class=\"span\">{}</td><td>{} <span "
       "class=\"why\">{}</span></td></tr>\n",
-      chosen ? " class=\"chosen\"" : "", escape(e.method), offset, intervals.svg(e), badge(e.verdict), why);
+      chosen ? " class=\"chosen\"" : "", escape(same_pair ? e.method : e.method + ", " + e.reference), offset,
+      intervals.svg(e), badge(e.verdict), why);
 }
 
 std::string legend(const Figure& f) {
@@ -159,7 +161,7 @@ std::string methods(const Estimate& e) {
   std::string out =
       "<section>\n<h2>Every method's answer</h2>\n<div class=\"scroll\"><table>\n<tr><th>method</th><th>offset ± σ</th>"
       "<th class=\"span\"></th><th>verdict</th></tr>\n";
-  for (const Estimate& other : e.estimates) out += method_row(other, intervals, other.method == e.method);
+  for (const Estimate& other : e.estimates) out += method_row(other, e, intervals);
   return out + "</table></div>\n</section>\n";
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "takt/calibration/estimate.h"
+#include "takt/report/table.h"
 
 /// The parts of the page, from top to bottom, as HTML. A part with nothing to say is empty.
 namespace takt::report {
@@ -15,6 +16,7 @@ namespace takt::report {
 [[nodiscard]] std::string provenance(const Estimate& e);
 /// The panels; `prefix` keeps ids apart where several results share a page.
 [[nodiscard]] std::string evidence(const Estimate& e, const std::string& prefix);
+[[nodiscard]] std::string tables(const std::vector<ReportTable>& tables);
 /// Several results in one table with their repeatability.
 [[nodiscard]] std::string comparison(const std::vector<Estimate>& results, const std::vector<std::string>& names);
 

@@ -87,6 +87,7 @@ ImuStream gyro_readings(const PendulumRig& rig, const GyroModel& gyro, const Pen
   ImuStream imu;
   imu.name = gyro.name;
   imu.clock = "rig";
+  imu.temperature_c = gyro.temperature_c;
   const int n = decimation(gyro);
   const double pole = pole_of(gyro), interval = 1 / gyro.sample_rate_hz, latency = stamp_latency_s(gyro);
   const double sigma = gyro.noise_density * std::sqrt(gyro.sample_rate_hz);

@@ -47,6 +47,7 @@ std::string imu_yaml(const ImuStream& imu) {
         "gyroscope_noise_density: {}\ngyroscope_random_walk: {}\naccelerometer_noise_density: {}\n"
         "accelerometer_random_walk: {}\n",
         imu.noise->gyro_density, imu.noise->gyro_random_walk, imu.noise->accel_density, imu.noise->accel_random_walk);
+  if (imu.temperature_c) out += fmt::format("temperature_c: {}\n", *imu.temperature_c);
   return out;
 }
 

@@ -35,6 +35,7 @@ struct ImuStream {
   std::vector<Vec3> accel_m_s2;
   std::optional<ImuNoise> noise;
   std::optional<Mat4> T_body_imu;
+  std::optional<double> temperature_c;  ///< of the device during the recording: output delays depend on it
 
   [[nodiscard]] std::size_t size() const { return stamps.size(); }
 };

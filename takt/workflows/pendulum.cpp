@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/workflows/pendulum.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -104,7 +106,7 @@ std::optional<YamlFields> read_rig_file(const PendulumJob& job, PendulumOutcome&
 
 /// The dial's angles: as they were logged, or read from pictures.
 AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, const PendulumJob& job,
-                    PendulumOutcome& out, std::string& doubt) {
+                    PendulumOutcome& out) {
   if (!streams.angles.empty()) {
     keep_named(streams.angles, job.sensor, job.input);
     AngleStream dial = std::move(streams.angles.front());
@@ -120,19 +122,28 @@ AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, cons
   const DialRig seen = dial_rig(*rig, camera, job.dial_method);
   DialOptions options = seen.options;
   options.threads = job.threads;
-  if (job.pendulum.estimate_line_delay) options.bands = 4;
+  options.rows = job.pendulum.estimate_line_delay;
   options.progress = job.progress;
   DialAngles read = dial_angles(camera, seen.dial, seen.view, options);
   for (const std::string& note : read.notes) out.notes.push_back(camera.name + ": " + note);
-  if (!read.angles.rows.empty() && camera.timing.shutter == Shutter::rolling &&
-      std::abs(std::sin(seen.view.roll_rad)) > 0.05)
-    doubt =
-        "a rolling shutter stretches the dial along a rolled camera's rows, which is not modelled: the delay may be "
-        "off by half a percent of the readout";
   if (read.angles.size() == 0)
     throw Error("none of its pictures shows the dial", job.input,
                 "check dial_radius_m, camera_distance_m and roll_deg");
   return std::move(read.angles);
+}
+
+}  // namespace
+
+namespace {
+
+/// Where both are known they should agree: a nominal readout is often a few percent off.
+void compare_line_delay(Estimate& e, const FrameTiming& told) {
+  if (!e.line_delay_s || told.readout_s == 0) return;
+  const double away = *e.line_delay_s - told.line_delay_s(), sigma = e.line_delay_sigma_s.value_or(0);
+  if (std::abs(away) < std::max(5 * sigma, 0.2e-6)) return;
+  e.doubt(Verdict::trusted, fmt::format("the line delay is {:.2f} ± {:.2f} µs, not the {:.2f} µs of the readout that "
+                                        "was told; what was found is used",
+                                        *e.line_delay_s * 1e6, sigma * 1e6, told.line_delay_s() * 1e6));
 }
 
 }  // namespace
@@ -145,15 +156,16 @@ PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
   Streams streams = read_streams(job, out);
   keep_named(streams.imus, job.reference, job.input);
   const std::optional<YamlFields> rig = read_rig_file(job, out);
-  std::string doubt;
-  const AngleStream dial = dial_of(streams, rig, job, out, doubt);
+  const AngleStream dial = dial_of(streams, rig, job, out);
   PendulumOptions options = job.pendulum;
   // Readings of a frame from several rows are there to find what lies between the rows.
-  if (dial.timing.shutter == Shutter::rolling && dial.timing.readout_s == 0 && !dial.rows.empty())
-    options.estimate_line_delay = true;
+  if (!dial.rows.empty()) options.estimate_line_delay = true;
+  const auto rig_temperature = rig ? rig->number("temperature_c") : std::nullopt;
   for (const ImuStream& imu : streams.imus) {
     Estimate e = calibrate_pendulum(dial, imu, options);
-    if (!doubt.empty() && e.answered()) e.doubt(Verdict::weak, doubt);
+    compare_line_delay(e, dial.timing);
+    if (const auto t = imu.temperature_c ? imu.temperature_c : rig_temperature)
+      e.extras.push_back({"temperature_c", *t, std::nullopt});
     out.estimates.push_back(chosen(std::move(e), job.estimator));
   }
   return out;

@@ -30,7 +30,7 @@ struct PendulumOutcome {
 };
 
 /// A recording that has no angles of its own may have them in `angle.csv`, else its camera's pictures of the dial are
-/// read. A rolling shutter whose line delay is not known has it estimated.
+/// read. A rolling shutter has its line delay estimated, told or not.
 /// Throws takt::Error where angles or IMU are missing, std::invalid_argument for an estimator that there is not.
 [[nodiscard]] PendulumOutcome calibrate_pendulum(const PendulumJob& job);
 

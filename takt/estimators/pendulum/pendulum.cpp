@@ -44,11 +44,21 @@ std::string refuse_motion(const Signals& s, const Swings& swings) {
   return "";
 }
 
+/// Within a quarter of the period; motion that does not repeat itself is sought further away too.
+Coarse first_match(const Signals& s, const Swings& swings) {
+  const Coarse near = coarse_match(s, swings.period_s / 4);
+  if (swings.free) return near;
+  const double length =
+      std::min(s.angle_time_s.back() - s.angle_time_s.front(), s.rate_time_s.back() - s.rate_time_s.front());
+  const Coarse far = coarse_match(s, 0.4 * length);
+  const auto unlike = [](const Coarse& c) { return 1 - c.correlation * c.correlation; };
+  return unlike(far) < 0.5 * unlike(near) ? far : near;
+}
+
 /// Why angle and rate do not belong together, or empty.
 std::string refuse_match(const Coarse& coarse) {
   if (coarse.correlation < 0.7)
-    return fmt::format("the gyro does not follow the angle: their best correlation within a quarter period is {:.2f}",
-                       coarse.correlation);
+    return fmt::format("the gyro does not follow the angle: their best correlation is {:.2f}", coarse.correlation);
   const double scale = std::abs(coarse.scale);
   if (std::abs(scale * deg - 1) < 0.1)
     return fmt::format("the gyro reads {:.1f} times the angle's rate: its rates look like degrees per second", scale);
@@ -57,7 +67,8 @@ std::string refuse_match(const Coarse& coarse) {
   return "";
 }
 
-Window choose_window(const Swings& swings, const PendulumOptions& options) {
+/// For the two methods that take swing by swing.
+Window published_window(const Swings& swings, const PendulumOptions& options) {
   if (!swings.free)
     return {swings.all, fmt::format("the bob does not swing freely ({}); all of its motion is used", swings.not_free)};
   Window w{within(swings.all, options.window_from_deg * deg, options.window_to_deg * deg), ""};
@@ -67,6 +78,19 @@ Window choose_window(const Swings& swings, const PendulumOptions& options) {
                        swings.all.front().amplitude_rad / deg, swings.all.back().amplitude_rad / deg);
   w.swings = swings.all;
   return w;
+}
+
+/// For the joint fit, the first choice first.
+std::vector<Window> spline_windows(const Swings& swings, const Window& published, const PendulumOptions& options) {
+  if (!swings.free || options.window_is_required) return {published};
+  const double least = 0.1 * swings.amplitude_rad, from = options.window_from_deg * deg;
+  std::vector<Window> windows{{within(swings.all, 1e9, least), ""}, {within(swings.all, from, least), ""}};
+  const std::size_t before = windows[0].swings.size() - windows[1].swings.size();
+  if (before == 0 || windows[1].swings.size() < 2 * fewest_swings) windows.pop_back();
+  if (windows.size() > 1)
+    windows[1].note = fmt::format("the first {} swings, above {:g}°, disturb more than they tell and were left out",
+                                  before, options.window_from_deg);
+  return windows;
 }
 
 SplineTask task_for(const Swings& swings, const Window& window, const Coarse& coarse, bool line_delay) {
@@ -129,16 +153,86 @@ Estimate from_spline(const SplineFit& fit, const Signals& signals, const Pendulu
   return e;
 }
 
-void doubt_conditions(Estimate& e, const Signals& s, const Swings& swings, const Window& window, const Coarse& coarse) {
+/// How far the swings' delays are from agreeing: 1 where the noise explains it all.
+double disagreement(const SplineFit& fit) {
+  if (!fit.failure.empty()) return 1e9;
+  const double drift = fit.drift_sigma > 0 ? std::abs(fit.drift) / (5 * fit.drift_sigma) : 0;
+  const double chance = fit.scatter_dof > 0 ? 4 * std::sqrt(2.0 / fit.scatter_dof) : 0;
+  return std::max({1.0, drift, fit.scatter * fit.scatter / (1 + chance)});
+}
+
+/// What was fitted, and to which swings.
+struct Fitted {
+  SplineFit fit;
+  Window window;
+  Coarse coarse;
+  std::string turns;  ///< what is to be said where the offset is longer than a quarter of the period
+};
+
+/// The window that tells the delay best, of those whose swings agree.
+Fitted fit_best_window(const Signals& signals, const Swings& swings, const std::vector<Window>& windows,
+                       const Coarse& coarse, bool line_delay) {
+  Fitted best;
+  for (const Window& window : windows) {
+    SplineFit fit = fit_joint_spline(signals, task_for(swings, window, coarse, line_delay));
+    const bool agrees = disagreement(fit) <= 1, better = agrees && fit.delay_sigma_s < best.fit.delay_sigma_s;
+    if (best.window.swings.empty() || (better && disagreement(best.fit) <= 1) ||
+        disagreement(fit) < 0.5 * disagreement(best.fit))
+      best = {std::move(fit), window, coarse, ""};
+  }
+  return best;
+}
+
+/// By how much a half swing gets shorter in a second as the amplitude dies: a line through the periods.
+double half_swing_change(const std::vector<Swing>& swings) {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+  for (const Swing& s : swings) {
+    const double t = s.middle_s(), half = 0.5 * s.period_s();
+    ++n, x += t, y += half, xx += t * t, xy += t * half;
+  }
+  const double spread = n * xx - x * x;
+  return spread > 0 ? (n * xy - x * y) / spread : 0;
+}
+
+/// Half swings look alike, but each is a little shorter than the one before. Compared k half swings apart, the delay
+/// drifts by k times that; where it does, the streams are tried k half swings apart.
+void count_half_swings(Fitted& found, const Signals& signals, const Swings& swings, bool line_delay) {
+  const SplineFit& fit = found.fit;
+  if (!swings.free || !fit.failure.empty() || !(std::abs(fit.drift) > 5 * fit.drift_sigma)) return;
+  const double change = half_swing_change(found.window.swings), half = 0.5 * swings.period_s;
+  const double turns = change != 0 ? std::round(fit.drift / change) : 0;
+  if (turns == 0 ||
+      std::abs(turns) * half > 0.4 * (found.window.swings.back().to_s - found.window.swings.front().from_s))
+    return;
+  for (const double k : {turns, turns - 1, turns + 1}) {
+    Coarse coarse = found.coarse;
+    coarse.delay_s -= k * half;
+    if (std::fmod(std::abs(k), 2) == 1) coarse.scale = -coarse.scale;
+    SplineFit other = fit_joint_spline(signals, task_for(swings, found.window, coarse, line_delay));
+    if (disagreement(other) > 1) continue;
+    found.turns = fmt::format(
+        "the streams' stamps are {:.3f} s apart, more than a quarter of the period of {:.3f} s: the half swings were "
+        "counted by how their length changes, {:+.0f} of them",
+        other.delay_s, swings.period_s, -k);
+    found.fit = std::move(other);
+    found.coarse = coarse;
+    return;
+  }
+}
+
+void doubt_conditions(Estimate& e, const Signals& s, const Swings& swings, const Fitted& found) {
   if (!e.answered()) return;
+  const Window& window = found.window;
   if (window.swings.size() < 8)
     e.doubt(Verdict::weak, fmt::format("only {} swings were recorded", window.swings.size()));
-  if (std::abs(to_seconds(*e.offset)) > 0.22 * swings.period_s)
+  if (!found.turns.empty())
+    e.doubt(Verdict::weak, found.turns);
+  else if (std::abs(to_seconds(*e.offset)) > 0.22 * swings.period_s)
     e.doubt(Verdict::weak,
             fmt::format("an offset near a quarter of the period ({:.3f} s) cannot be told from one half a period away "
                         "with the gyro mounted the other way round",
                         swings.period_s / 4));
-  if (const double scale = std::abs(coarse.scale); scale < 0.8 || scale > 1.25)
+  if (const double scale = std::abs(found.coarse.scale); scale < 0.8 || scale > 1.25)
     e.doubt(Verdict::weak, fmt::format("the gyro reads {:.2f} times the angle's rate: check the dial's scale and the "
                                        "units of both",
                                        scale));
@@ -150,6 +244,7 @@ void doubt_conditions(Estimate& e, const Signals& s, const Swings& swings, const
             fmt::format("the gyro stands at its limit of {:.2f} rad/s; {:.0f} % of its readings were left out",
                         s.saturation_rad_s, 100 * share));
   }
+  if (!s.doubt.empty()) e.doubt(Verdict::weak, s.doubt);
   for (const std::string& note : s.notes) e.doubt(Verdict::trusted, note);
   if (!window.note.empty()) e.doubt(Verdict::trusted, window.note);
 }
@@ -194,32 +289,37 @@ Estimate calibrate_pendulum(const AngleStream& dial, const ImuStream& imu, const
   const Signals signals = prepare(dial, imu, options.estimate_line_delay);
   const Swings swings = signals.refusal.empty() ? find_swings(signals) : Swings{};
   if (const std::string why = refuse_motion(signals, swings); !why.empty()) return refused(why);
-  const Coarse coarse = coarse_match(signals, swings.period_s / 4);
+  const Coarse coarse = first_match(signals, swings);
   if (const std::string why = refuse_match(coarse); !why.empty()) return refused(why);
-  const Window window = choose_window(swings, options);
-  if (window.swings.size() < fewest_swings)
-    return refused(fmt::format("too few swings: {} of {} lie between {:g}° and {:g}°", window.swings.size(),
+  const Window published = published_window(swings, options);
+  if (published.swings.size() < fewest_swings)
+    return refused(fmt::format("too few swings: {} of {} lie between {:g}° and {:g}°", published.swings.size(),
                                swings.all.size(), options.window_from_deg, options.window_to_deg));
+  Fitted found =
+      fit_best_window(signals, swings, spline_windows(swings, published, options), coarse, options.estimate_line_delay);
+  count_half_swings(found, signals, swings, options.estimate_line_delay);
+  const SplineFit& fit = found.fit;
 
-  auto by_extrema = extrema_delays(signals, coarse, window.swings);
-  auto by_damped = damped_delays(signals, coarse, window.swings);
-  const SplineFit fit = fit_joint_spline(signals, task_for(swings, window, coarse, options.estimate_line_delay));
-
+  auto by_extrema = extrema_delays(signals, found.coarse, published.swings);
+  auto by_damped = damped_delays(signals, found.coarse, published.swings);
   Estimate extrema = average("extrema", by_extrema, signals);
   Estimate damped = average("damped", by_damped, signals);
   Estimate result = from_spline(fit, signals, options);
   warn_of_neglected_phase(extrema, neglected_phase_s(by_damped));
+  for (Estimate* e : {&extrema, &damped})
+    if (e->answered() && !published.note.empty()) e->doubt(Verdict::trusted, published.note);
   refuse_hand_moved(extrema, swings);
   refuse_hand_moved(damped, swings);
-  doubt_conditions(result, signals, swings, window, coarse);
+  doubt_conditions(result, signals, swings, found);
   for (Estimate* e : {&extrema, &damped, &result}) name_streams(*e, dial, imu);
 
   result.extras.push_back({"period_s", swings.period_s, std::nullopt});
-  result.extras.push_back({"swings", static_cast<double>(window.swings.size()), std::nullopt});
-  result.extras.push_back({"amplitude_from_rad", window.swings.front().amplitude_rad, std::nullopt});
-  result.extras.push_back({"amplitude_to_rad", window.swings.back().amplitude_rad, std::nullopt});
-  result.extras.push_back({"window_from_s", window.swings.front().from_s, std::nullopt});
-  result.extras.push_back({"window_to_s", window.swings.back().to_s, std::nullopt});
+  const std::vector<Swing>& used = found.window.swings;
+  result.extras.push_back({"swings", static_cast<double>(used.size()), std::nullopt});
+  result.extras.push_back({"amplitude_from_rad", used.front().amplitude_rad, std::nullopt});
+  result.extras.push_back({"amplitude_to_rad", used.back().amplitude_rad, std::nullopt});
+  result.extras.push_back({"window_from_s", used.front().from_s, std::nullopt});
+  result.extras.push_back({"window_to_s", used.back().to_s, std::nullopt});
   result.extras.push_back({"neglected_phase_s", neglected_phase_s(by_damped), std::nullopt});
   const Estimate alone = result;
   result.estimates = {alone, damped, extrema};

@@ -43,7 +43,7 @@ void take_angles(Signals& s, const AngleStream& dial, bool line_delay_unknown) {
   const auto less = [&](std::size_t a, std::size_t b) {
     return dial.stamps[a] != dial.stamps[b] ? dial.stamps[a] < dial.stamps[b] : row_of(a) < row_of(b);
   };
-  std::size_t misplaced = 0, duplicates = 0, not_numbers = 0;
+  std::size_t misplaced = 0, duplicates = 0, not_numbers = 0, unknown_exposures = 0;
   const auto order = sorted_order(dial.size(), less, misplaced);
   for (std::size_t k = 0; k < order.size(); ++k) {
     const std::size_t i = order[k];
@@ -55,13 +55,20 @@ void take_angles(Signals& s, const AngleStream& dial, bool line_delay_unknown) {
       ++duplicates;
       continue;
     }
-    const double exposure = dial.exposures_s.empty() ? dial.timing.exposure_s : dial.exposures_s[i];
+    const bool own = !dial.exposures_s.empty() && dial.exposures_s[i] > 0;
+    const double exposure = own ? dial.exposures_s[i] : dial.timing.exposure_s;
+    unknown_exposures += dial.timing.instant != ExposureInstant::middle && !(exposure > 0);
     s.angle_time_s.push_back(seconds_since(s.epoch, dial.stamps[i]) + dial.timing.to_exposure_middle_s(exposure) +
                              row_of(i) * line_delay);
     s.angle_rad.push_back(dial.angle_rad[i]);
     s.row.push_back(line_delay_unknown ? row_of(i) : 0);
   }
   note_repairs(s, dial.name, misplaced, duplicates, not_numbers);
+  if (unknown_exposures > 0)
+    s.doubt = fmt::format(
+        "{}: the stamps are the exposure's {}, but the exposure of {} readings is not known: half of it is in the "
+        "offset",
+        dial.name, dial.timing.instant == ExposureInstant::start ? "start" : "end", unknown_exposures);
 }
 
 /// Rates at which the gyro stood at its limit: flat for at least 20 ms, twice or more, at the same extreme value.

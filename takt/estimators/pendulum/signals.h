@@ -23,6 +23,7 @@ struct Signals {
   std::size_t saturated = 0;   ///< rates left out because the gyro stood at its limit
   double saturation_rad_s = 0;
   std::vector<std::string> notes;  ///< repairs, in words
+  std::string doubt;               ///< what may make the answer wrong though the data look well, or empty
   std::string refusal;             ///< why nothing can be done, or empty
 };
 

@@ -22,8 +22,8 @@ struct DialOptions {
   /// The dial at rest, for methods that only see changes: the swings are centred on it. Good to 2° it is enough to tell
   /// one graduation of a plain dial from the next. Empty: the first frame reads 0.
   std::optional<double> rest_reading_rad;
-  int bands = 0;    ///< readings a frame, from bands of rows; 0: four for a rolling shutter, else one
-  int threads = 0;  ///< 0: as many as there are cores
+  bool rows = false;  ///< two readings a frame, from upper and lower rows; a rolling shutter has them anyway
+  int threads = 0;    ///< 0: as many as there are cores
   std::function<void(std::size_t done, std::size_t total)> progress;
 };
 

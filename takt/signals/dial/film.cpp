@@ -36,6 +36,16 @@ void side_by_side(int threads, const std::function<void(int)>& work) {
   if (failure) std::rethrow_exception(failure);
 }
 
+double median_step(const std::vector<double>& time) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < time.size(); ++i)
+    if (time[i] > time[i - 1]) steps.push_back(time[i] - time[i - 1]);
+  if (steps.empty()) return 1;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
 }  // namespace
 
 void in_parallel(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
@@ -80,9 +90,11 @@ Film read_film(const CameraStream& camera, const Rectifier& rectify, int threads
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (!seen[i]) continue;
     film.index.push_back(i);
+    film.time_s.push_back(seconds_since(camera.stamps.front(), camera.stamps[i]));
     film.exposures_s.push_back(exposure_s[i]);
     film.profiles.push_back(std::move(*seen[i]));
   }
+  film.interval_s = median_step(film.time_s);
   return film;
 }
 

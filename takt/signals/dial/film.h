@@ -11,6 +11,8 @@ namespace takt::dial {
 /// A recording reduced to one profile a frame: all of it stays in memory, some 5 kB a frame.
 struct Film {
   std::vector<std::size_t> index;  ///< of the frames that could be decoded, ascending
+  std::vector<double> time_s;      ///< their stamps, from the first one's
+  double interval_s = 1;           ///< median of the stamps' steps
   std::vector<double> exposures_s;
   std::vector<Profile> profiles;
 };

@@ -32,10 +32,18 @@ struct Pattern {
   }
 };
 
-/// One pattern for each stretch of heights in which the dial looks the same (dial_levels).
+/// A stretch of heights in which the dial looks the same.
+struct Strip {
+  double top_m, bottom_m;
+};
+/// From the top down. `margin_m` is left out on both sides of where the print changes, and no strip is higher than
+/// `most_m`: the rows of a rolling shutter are to be told apart.
+[[nodiscard]] std::vector<Strip> strips(const Dial& dial, double margin_m, double most_m);
+
+/// One pattern for each strip.
 using Patterns = std::vector<Pattern>;
 
 /// The dial as printed, seen through pixels of a width: 1 paper, 0 ink.
-[[nodiscard]] Patterns printed_patterns(const Dial& dial, double pixel_rad);
+[[nodiscard]] Patterns printed_patterns(const Dial& dial, const std::vector<Strip>& strips, double pixel_rad);
 
 }  // namespace takt::dial

@@ -3,11 +3,10 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <stdexcept>
-#include <tuple>
+#include <utility>
 
 namespace takt::dial {
 namespace {
@@ -15,55 +14,41 @@ namespace {
 constexpr int fewest_pixels = 4;
 constexpr std::uint8_t saturated = 252;
 
-/// The level whose inside, a pixel off its edges, holds a height; −1 for none.
-int level_of(const std::vector<double>& levels, double height, double margin) {
-  for (std::size_t k = 0; k + 1 < levels.size(); ++k)
-    if (height < levels[k] - margin && height > levels[k + 1] + margin) return static_cast<int>(k);
+/// The strip that holds a height; −1 for none.
+int strip_of(const std::vector<Strip>& strips, double height) {
+  for (std::size_t k = 0; k < strips.size(); ++k)
+    if (height < strips[k].top_m && height > strips[k].bottom_m) return static_cast<int>(k);
   return -1;
 }
 
 struct Seen {
-  int x, y, level;
+  int x, y, strip;
   DialPoint point;
 };
 
-std::vector<Seen> pixels_on_dial(const Dial& dial, const DialView& view) {
-  const std::vector<double> levels = dial_levels(dial);
-  const double margin = 1.2 * view.pixel_rad() * view.radius_m;
+std::vector<Seen> pixels_on_dial(const std::vector<Strip>& strips, const DialView& view) {
   std::vector<Seen> seen;
   for (int y = 0; y < view.camera.height; ++y)
     for (int x = 0; x < view.camera.width; ++x)
       if (const auto point = view.at(Vec2(x, y)))
-        if (const int level = level_of(levels, point->height_m, margin); level >= 0)
-          seen.push_back({x, y, level, *point});
+        if (const int strip = strip_of(strips, point->height_m); strip >= 0) seen.push_back({x, y, strip, *point});
   return seen;
 }
 
 }  // namespace
 
-Rectifier::Rectifier(const Dial& dial, const DialView& view, int bands)
+Rectifier::Rectifier(const std::vector<Strip>& strips, const DialView& view)
     : width_(view.camera.width), height_(view.camera.height) {
-  const std::vector<Seen> seen = pixels_on_dial(dial, view);
+  const std::vector<Seen> seen = pixels_on_dial(strips, view);
   if (seen.size() < 1000)
     throw std::invalid_argument(fmt::format(
         "dial: only {} pixels see the dial: check the dial's height, its distance and the camera's roll", seen.size()));
-  // Bands hold the same number of pixels each.
-  const auto band_of = [&](std::size_t i) {
-    return static_cast<int>(i * static_cast<std::size_t>(bands) / seen.size());
-  };
-  std::vector<int> first_row(static_cast<std::size_t>(bands), view.camera.height);
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    int& first = first_row[static_cast<std::size_t>(band_of(i))];
-    first = std::min(first, seen[i].y);
-  }
   const double c = std::cos(view.roll_rad), s = std::sin(view.roll_rad);
-  std::map<std::tuple<int, int, int>, int> slot_at;
+  std::map<std::pair<int, int>, int> slot_at;
   for (const Seen& p : seen) {
-    int band = 0;
-    while (band + 1 < bands && p.y >= first_row[static_cast<std::size_t>(band + 1)]) ++band;
     const int along = static_cast<int>(std::lround((p.x - view.camera.cx) * c + (p.y - view.camera.cy) * s));
-    const auto [found, is_new] = slot_at.try_emplace({band, p.level, along}, static_cast<int>(slots_.size()));
-    if (is_new) slots_.push_back({0, 0, 0, 0, p.level, band});
+    const auto [found, is_new] = slot_at.try_emplace({p.strip, along}, static_cast<int>(slots_.size()));
+    if (is_new) slots_.push_back({0, 0, 0, 0, p.strip});
     Slot& slot = slots_[static_cast<std::size_t>(found->second)];
     slot.angle_rad += p.point.angle_rad;
     slot.height_m += p.point.height_m;

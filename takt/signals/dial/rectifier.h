@@ -3,20 +3,19 @@
 #include <cstdint>
 #include <vector>
 
+#include "takt/signals/dial/pattern.h"
 #include "takt/streams/dial.h"
 #include "takt/streams/image.h"
 
 namespace takt::dial {
 
-/// What the pixels of one slot have in common: they see nearly the same angle, at heights where the dial looks the
-/// same, in the same band of rows.
+/// What the pixels of one slot have in common: they see nearly the same angle, in the same strip of heights.
 struct Slot {
   double angle_rad;  ///< mean over its pixels, against the radius through the camera
   double height_m;   ///< mean
   double row;        ///< mean
   int pixels;
-  int level;  ///< which Pattern
-  int band;   ///< of rows
+  int strip;  ///< which Pattern
 };
 
 /// A frame reduced to the means of its slots.
@@ -29,8 +28,7 @@ struct Profile {
 /// the strip hundreds of pixels are averaged; along it a slot is one pixel wide.
 class Rectifier {
  public:
-  /// `bands` of rows are kept apart, for the rows of a rolling shutter tell its line delay.
-  Rectifier(const Dial& dial, const DialView& view, int bands);
+  Rectifier(const std::vector<Strip>& strips, const DialView& view);
 
   [[nodiscard]] const std::vector<Slot>& slots() const { return slots_; }
   [[nodiscard]] Profile operator()(const GrayImage& image) const;

@@ -15,14 +15,9 @@ std::vector<std::size_t> by_place(const std::vector<Slot>& slots) {
   std::vector<std::size_t> order(slots.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::tie(slots[a].band, slots[a].level, slots[a].angle_rad) <
-           std::tie(slots[b].band, slots[b].level, slots[b].angle_rad);
+    return std::tie(slots[a].strip, slots[a].angle_rad) < std::tie(slots[b].strip, slots[b].angle_rad);
   });
   return order;
-}
-
-bool takes_part(const Placed& frame, const Slot& slot) {
-  return frame.band < 0 || frame.band == slot.band;
 }
 
 /// Angles and greys by angle; those nearer to one another than `apart` become their mean.
@@ -47,9 +42,7 @@ std::vector<float> smooth_light(const std::vector<const Profile*>& profiles, con
   std::vector<float> light(slots.size(), 1);
   const std::vector<std::size_t> order = by_place(slots);
   for (std::size_t from = 0, to = 0; from < order.size(); from = to) {
-    const auto same = [&](std::size_t i) {
-      return slots[order[i]].band == slots[order[from]].band && slots[order[i]].level == slots[order[from]].level;
-    };
+    const auto same = [&](std::size_t i) { return slots[order[i]].strip == slots[order[from]].strip; };
     double all = 0;
     for (to = from; to < order.size() && same(to); ++to) all += mean[order[to]];
     all /= static_cast<double>(to - from);
@@ -75,9 +68,8 @@ void refine_light(SlotMap& map, const std::vector<Placed>& frames, const Pattern
   for (const Placed& f : frames)
     for (std::size_t i = 0; i < map.slots.size(); ++i) {
       const Slot& slot = map.slots[i];
-      if (!takes_part(f, slot)) continue;
-      const double angle = f.at.reading_rad + slot.angle_rad;
-      const double model = f.at.gain * patterns[static_cast<std::size_t>(slot.level)].at(angle).grey + f.at.level;
+      const double angle = f.at.angle_of(slot, map.pivot_row);
+      const double model = f.at.gain * patterns[static_cast<std::size_t>(slot.strip)].at(angle).grey + f.at.level;
       cross[i] += model * f.profile->grey[i];
       square[i] += model * model;
       low[i] = std::min(low[i], angle);
@@ -89,9 +81,9 @@ void refine_light(SlotMap& map, const std::vector<Placed>& frames, const Pattern
       map.light[i] = static_cast<float>(std::clamp(cross[i] / square[i], 0.05, 20.0));
 }
 
-double refine_angles(SlotMap& map, const std::vector<Placed>& frames, const Patterns& patterns, double reach_rad,
-                     bool scale_alone) {
-  constexpr int shared = 5, own = 3;
+Correction refine_angles(SlotMap& map, const std::vector<Placed>& frames, const Patterns& patterns,
+                         const Freedom& freedom) {
+  constexpr int shared = 6, own = 3;  // five of the angles and the line delay; reading, gain, level
   using Whole = Eigen::Matrix<double, shared + own, shared + own>;
   using Row = Eigen::Matrix<double, shared + own, 1>;
   Eigen::Matrix<double, shared, shared> normal = Eigen::Matrix<double, shared, shared>::Zero();
@@ -101,12 +93,12 @@ double refine_angles(SlotMap& map, const std::vector<Placed>& frames, const Patt
     Row side = Row::Zero();
     for (std::size_t i = 0; i < map.slots.size(); ++i) {
       const Slot& slot = map.slots[i];
-      if (!takes_part(f, slot) || std::abs(slot.angle_rad) > reach_rad) continue;
-      const auto s = patterns[static_cast<std::size_t>(slot.level)].at(f.at.reading_rad + slot.angle_rad);
+      if (std::abs(slot.angle_rad) > freedom.reach_rad) continue;
+      const auto s = patterns[static_cast<std::size_t>(slot.strip)].at(f.at.angle_of(slot, map.pivot_row));
       const double light = map.light[i], a = slot.angle_rad, slope = light * f.at.gain * s.slope;
       Row g;
-      g << slope * a, slope * a * a, slope * a * a * a, slope * slot.height_m, slope * slot.height_m * a, slope,
-          light * s.grey, light;
+      g << slope * a, slope * a * a, slope * a * a * a, slope * slot.height_m, slope * slot.height_m * a,
+          slope * f.speed_rad_s * (slot.row - map.pivot_row), slope, light * s.grey, light;
       const double residual = f.profile->grey[i] - light * (f.at.gain * s.grey + f.at.level);
       all.noalias() += slot.pixels * g * g.transpose();
       side.noalias() += slot.pixels * residual * g;
@@ -120,18 +112,21 @@ double refine_angles(SlotMap& map, const std::vector<Placed>& frames, const Patt
   // What the frames do not tell stays as it is: a hundredth of the usual information holds it.
   for (int k = 0; k < shared; ++k) normal(k, k) *= 1 + 1e-4;
   normal.diagonal().array() += 1e-9;
-  if (scale_alone) {
-    normal.rightCols<shared - 1>().setZero();
-    normal.bottomRows<shared - 1>().setZero();
-    normal.bottomRightCorner<shared - 1, shared - 1>().setIdentity();
-    right.tail<shared - 1>().setZero();
-  }
+  const auto hold = [&](int k) {
+    normal.row(k).setZero();
+    normal.col(k).setZero();
+    normal(k, k) = 1;
+    right[k] = 0;
+  };
+  if (freedom.scale_alone)
+    for (int k = 1; k < 5; ++k) hold(k);
+  if (!freedom.line_delay) hold(5);
   const Eigen::Matrix<double, shared, 1> k = normal.ldlt().solve(right);
   for (Slot& slot : map.slots) {
     const double a = slot.angle_rad;
     slot.angle_rad += k[0] * a + k[1] * a * a + k[2] * a * a * a + (k[3] + k[4] * a) * slot.height_m;
   }
-  return k[0];
+  return {k[0], k[5]};
 }
 
 Patterns mosaic(const SlotMap& map, const std::vector<Placed>& frames, const Patterns& before) {
@@ -146,9 +141,8 @@ Patterns mosaic(const SlotMap& map, const std::vector<Placed>& frames, const Pat
     if (!(f.at.gain > 0)) continue;
     for (std::size_t i = 0; i < map.slots.size(); ++i) {
       const Slot& slot = map.slots[i];
-      if (!takes_part(f, slot)) continue;
-      const auto k = static_cast<std::size_t>(slot.level);
-      const double x = (f.at.reading_rad + slot.angle_rad - before[k].first_rad) / before[k].step_rad;
+      const auto k = static_cast<std::size_t>(slot.strip);
+      const double x = (f.at.angle_of(slot, map.pivot_row) - before[k].first_rad) / before[k].step_rad;
       if (!(x >= 0 && x < static_cast<double>(before[k].grey.size()) - 1)) continue;
       const auto j = static_cast<std::size_t>(x);
       const double part = x - static_cast<double>(j);
@@ -162,15 +156,15 @@ Patterns mosaic(const SlotMap& map, const std::vector<Placed>& frames, const Pat
   return out;
 }
 
-Patterns single_view(const SlotMap& map, const Profile& profile, double reading_rad, double step_rad,
-                     std::size_t levels) {
-  Patterns out(levels);
+Patterns single_view(const SlotMap& map, const Profile& profile, const Placement& at, double step_rad,
+                     std::size_t strips) {
+  Patterns out(strips);
   const std::vector<std::size_t> order = by_place(map.slots);
-  for (std::size_t k = 0; k < levels; ++k) {
+  for (std::size_t k = 0; k < strips; ++k) {
     std::vector<std::pair<double, double>> seen;
     for (const std::size_t i : order)
-      if (map.slots[i].level == static_cast<int>(k))
-        seen.emplace_back(map.slots[i].angle_rad, profile.grey[i] / map.light[i]);
+      if (map.slots[i].strip == static_cast<int>(k))
+        seen.emplace_back(at.angle_of(map.slots[i], map.pivot_row), profile.grey[i] / map.light[i]);
     seen = merged(std::move(seen), 0.5 * step_rad);
     out[k].step_rad = step_rad;
     if (seen.size() < 2) {
@@ -178,7 +172,7 @@ Patterns single_view(const SlotMap& map, const Profile& profile, double reading_
       out[k].first_rad = 1e9;  // covers nothing
       continue;
     }
-    out[k].first_rad = reading_rad + seen.front().first;
+    out[k].first_rad = seen.front().first;
     std::size_t j = 0;
     for (double a = seen.front().first; a < seen.back().first; a += step_rad) {
       while (j + 2 < seen.size() && seen[j + 1].first < a) ++j;

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/workflows/pendulum.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "takt/workflows/pendulum_repeats.h"
+#include "takt/workflows/simulate.h"
+#include "tests/tools.h"
+
+namespace takt {
+namespace {
+
+using testing_tools::complaint;
+using testing_tools::TemporaryFolder;
+
+/// The second kind is the pendulum.
+Estimate simulated(const std::string& folder, const ParameterChanges& changes, std::uint64_t seed) {
+  SimulationRequest request;
+  request.folder = folder;
+  request.changes = changes;
+  request.seed = seed;
+  for (const SimulationKind& kind : simulation_kinds())
+    if (std::string(kind.name) == "pendulum") return kind.write(request);
+  throw std::logic_error("there is no pendulum to simulate");
+}
+
+double extra(const Estimate& e, const std::string& name) {
+  for (const Extra& x : e.extras)
+    if (x.name == name) return x.value;
+  ADD_FAILURE() << "no extra " << name;
+  return 0;
+}
+
+TEST(PendulumWorkflow, FromPicturesToTheDelayOfTwoImus) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/run";
+  // Twelve seconds at 25 frames/s, so that the test is quick; all other conversions are in it.
+  const Estimate truth = simulated(path,
+                                   {{"duration_s", "12.5"},
+                                    {"frame_rate_hz", "25"},
+                                    {"imus", "2"},
+                                    {"exposure_s", "0.002"},
+                                    {"stamp", "start"},
+                                    {"temperature_c", "31"}},
+                                   41);
+  PendulumJob job;
+  job.input = path;
+  const PendulumOutcome found = calibrate_pendulum(job);
+  ASSERT_EQ(found.estimates.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Estimate& e = found.estimates[i];
+    ASSERT_TRUE(e.answered());
+    EXPECT_EQ(e.reference, "imu" + std::to_string(i));
+    EXPECT_LT(std::abs(to_seconds(*e.offset - *truth.estimates[i].offset)), 4 * *e.sigma_s);
+    EXPECT_LT(*e.sigma_s, 30e-6);
+    EXPECT_EQ(e.frame_instant, "middle");
+    EXPECT_EQ(extra(e, "temperature_c"), 31);
+  }
+}
+
+TEST(PendulumWorkflow, RepeatsAreBinnedByTemperature) {
+  const TemporaryFolder folder;
+  std::vector<PendulumRun> runs;
+  std::vector<double> truths;
+  const char* const temperatures[] = {"25", "25.4", "40", "39.8", "25.2"};
+  for (std::size_t k = 0; k < 5; ++k) {
+    const std::string name = "run" + std::to_string(k);
+    const Estimate truth = simulated(folder.path() + "/" + name,
+                                     {{"duration_s", "20"}, {"angles", "true"}, {"temperature_c", temperatures[k]}}, k);
+    truths.push_back(to_seconds(*truth.offset));
+    PendulumJob job;
+    job.input = folder.path() + "/" + name;
+    runs.push_back({name, calibrate_pendulum(job).estimates});
+  }
+  const std::vector<RepeatBin> bins = repeat_bins(runs);
+  ASSERT_EQ(bins.size(), 2u);
+  EXPECT_NEAR(*bins[0].temperature_c, 25.2, 1e-9);
+  EXPECT_EQ(bins[0].answers, 3u);
+  EXPECT_NEAR(*bins[1].temperature_c, 39.9, 1e-9);
+  EXPECT_EQ(bins[1].answers, 2u);
+  // 4 σ of a mean of three runs and of two.
+  EXPECT_NEAR(bins[0].mean_s, (truths[0] + truths[1] + truths[4]) / 3, 4 * bins[0].sigma_s / std::sqrt(3.0));
+  EXPECT_NEAR(bins[1].mean_s, (truths[2] + truths[3]) / 2, 4 * bins[1].sigma_s / std::sqrt(2.0));
+
+  const Estimate whole = repeat_estimate(runs);
+  EXPECT_EQ(whole.estimates.size(), 6u) << "the mean and five runs";
+  EXPECT_GT(truths[2] - truths[0], 90e-6);
+  ASSERT_FALSE(whole.reasons.empty());
+  EXPECT_NE(whole.reasons.back().find("the delay changes by"), std::string::npos);
+  EXPECT_GT(*whole.sigma_s, 40e-6) << "no one number holds for all temperatures";
+  // The file is a result that can be read back, with the bins beside it.
+  const std::string json = repeat_json(whole, bins);
+  EXPECT_EQ(estimate_from_json(json, "test").offset, whole.offset);
+  EXPECT_NE(json.find("\"repeatability\""), std::string::npos);
+  EXPECT_NE(repeat_words(bins).find("imu0"), std::string::npos);
+}
+
+TEST(PendulumWorkflow, ARigFileSaysWhatTheStampsMean) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/run";
+  const Estimate truth =
+      simulated(path, {{"duration_s", "20"}, {"angles", "true"}, {"exposure_s", "0.01"}, {"stamp", "end"}}, 5);
+  PendulumJob job;
+  job.angle_file = path + "/angle.csv";
+  job.imu_file = path + "/mav0/imu0/data.csv";
+  job.rig_file = folder.file("rig.yaml", "exposure_s: 0.01\nstamp: end\ntemperature_c: 33\n");
+  const Estimate e = calibrate_pendulum(job).estimates.front();
+  ASSERT_TRUE(e.answered());
+  EXPECT_LT(std::abs(to_seconds(*e.offset - *truth.offset)), 4 * *e.sigma_s);
+  EXPECT_EQ(extra(e, "temperature_c"), 33);
+  // An exposure that is needed and not told is no trusted answer.
+  job.rig_file = folder.file("less.yaml", "stamp: end\n");
+  EXPECT_EQ(calibrate_pendulum(job).estimates.front().verdict, Verdict::weak);
+  job.rig_file = folder.file("wrong.yaml", "stamp: sideways\n");
+  EXPECT_NE(complaint([&] { static_cast<void>(calibrate_pendulum(job)); }), "");
+}
+
+}  // namespace
+}  // namespace takt
