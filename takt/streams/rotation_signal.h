@@ -41,9 +41,9 @@ struct BearingPair {
 
 /// Rotation increments in order of time; `from` of one is usually `to` of the one before, unless there was a gap.
 ///
-/// A camera also has `pairs`: its bearings over longer steps (some tenths of a second), in which it turned further while
-/// the bearings are no worse. Chain by chain: a chain runs from each pair's `to` to the next one's `from`, and several
-/// chains interleave so that every frame is used once; their noise is then independent from chain to chain.
+/// A camera also has `pairs`: its bearings over longer steps (some tenths of a second), in which it turned further
+/// while the bearings are no worse. Chain by chain: a chain runs from each pair's `to` to the next one's `from`, and
+/// several chains interleave so that every frame is used once; their noise is then independent from chain to chain.
 struct RotationSignal {
   std::string name;
   std::string clock;
@@ -51,6 +51,7 @@ struct RotationSignal {
   std::vector<RotationIncrement> increments;
   std::vector<BearingPair> pairs;
   FrameTiming timing;
+  double apparent_row = 0;  ///< mean row of the bearings behind the apparent rotations, as BearingMatch counts rows
   std::optional<CameraModel> model;
   bool focal_assumed = false;  ///< the field of view is a stated default, so rotations may be off by a scale
   std::optional<Mat3> R_body_sensor;
