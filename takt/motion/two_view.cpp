@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <stdexcept>
 #include <vector>
 
 namespace takt {
@@ -228,6 +229,27 @@ std::optional<TwoViewNormals> two_view_normals(const BearingPairs& pairs, const 
   Linearised l(pairs, R_from_to);
   const ParallaxFit fit = fit_parallax(l, options);
   return normals(l, fit, extra, options);
+}
+
+std::optional<MatchWeights> weigh_matches(const BearingPairs& pairs, const Quat& R_from_to,
+                                          const TwoViewOptions& options) {
+  if (pairs.from.cols() < min_matches) return std::nullopt;
+  Linearised l(pairs, R_from_to);
+  const ParallaxFit fit = fit_parallax(l, options);
+  return MatchWeights{fit.v,
+                      fit.noise.sigma,
+                      {l.nearness.begin(), l.nearness.end()},
+                      {fit.noise.misfit.begin(), fit.noise.misfit.end()}};
+}
+
+TwoViewNormals two_view_normals(const BearingPairs& pairs, const Quat& R_from_to, const MatchWeights& weights,
+                                std::span<const Eigen::Matrix3Xd> extra, const TwoViewOptions& options) {
+  Linearised l(pairs, R_from_to);
+  if (weights.nearness.size() != l.size() || weights.misfit.size() != l.size())
+    throw std::invalid_argument("two_view_normals: weights for other matches");
+  l.nearness.assign(weights.nearness.begin(), weights.nearness.end());
+  const ParallaxFit kept{weights.parallax, {weights.sigma_rad, {weights.misfit.begin(), weights.misfit.end()}}};
+  return normals(l, kept, extra, options);
 }
 
 std::optional<TwoViewFit> fit_two_view(const BearingPairs& pairs, const TwoViewOptions& options) {

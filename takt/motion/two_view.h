@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "takt/motion/rotation.h"
 
@@ -20,6 +21,17 @@ namespace takt {
 struct BearingPairs {
   Eigen::Matrix3Xd from, to;
   Eigen::VectorXd parallax_scale;  ///< empty, or v's factor for each match (rolling shutter: its interval / nominal)
+};
+
+/// What each match is taken for. A rotation that is not quite right looks like depth, noise and outliers in part, so
+/// weights that are measured anew at every trial rotation absorb some of its error, and the information claims more
+/// than the residuals can tell. Where a rotation from elsewhere is tried, they are settled once, near the pair's own
+/// best rotation, and kept.
+struct MatchWeights {
+  Vec3 parallax = Vec3::Zero();  ///< v
+  double sigma_rad = 0;          ///< measured noise of one bearing, one axis (robust)
+  std::vector<float> nearness;   ///< per match: inverse depth over the mean's
+  std::vector<float> misfit;     ///< per match: residual in sigmas
 };
 
 /// Weighted normal equations in (δ, extra parameters), v eliminated; R_true = R·exp(δ).
@@ -46,6 +58,14 @@ struct TwoViewOptions {
 [[nodiscard]] std::optional<TwoViewNormals> two_view_normals(const BearingPairs& pairs, const Quat& R_from_to,
                                                              std::span<const Eigen::Matrix3Xd> extra = {},
                                                              const TwoViewOptions& options = {});
+
+/// The matches' weights given the rotation; nothing where there are fewer than 6 matches.
+[[nodiscard]] std::optional<MatchWeights> weigh_matches(const BearingPairs& pairs, const Quat& R_from_to,
+                                                        const TwoViewOptions& options = {});
+/// As above, with weights that were settled before.
+[[nodiscard]] TwoViewNormals two_view_normals(const BearingPairs& pairs, const Quat& R_from_to,
+                                              const MatchWeights& weights, std::span<const Eigen::Matrix3Xd> extra = {},
+                                              const TwoViewOptions& options = {});
 
 /// Rotation between two views without any first guess: consensus of two-match rotations, then robust least squares.
 struct TwoViewFit {

@@ -39,6 +39,7 @@ std::optional<Vec3> RotationChain::add(Stamp from, Stamp to, const std::vector<F
     case PairOutcome::measured:
       break;
   }
+  for (const BearingMatch& m : pair.matches) rows_ += 0.5 * (m.row_from + m.row_to), ++seen_;
   signal_.increments.push_back({from, to, pair.rotation, pair.information, pair.apparent});
   return pair.apparent;
 }
@@ -53,6 +54,7 @@ RotationSignal RotationChain::finish(std::size_t frames) {
   note(late_, frames, "come too long after the frame before them to be compared with it");
   note(featureless_, frames, "had too few features in common with the frame before them (blank, blurred, or a cut)");
   note(unexplained_, frames, "show a motion that no rotation with translation of the camera explains");
+  if (seen_ > 0) signal_.apparent_row = rows_ / static_cast<double>(seen_);
   signal_.pairs = long_pairs_.finish();
   return std::move(signal_);
 }

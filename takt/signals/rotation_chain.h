@@ -37,6 +37,8 @@ class RotationChain {
   bool started_ = false;
   PairRotationOptions options_;
   double longest_step_s_;
+  double rows_ = 0;  ///< sum over the matches that were seen
+  std::size_t seen_ = 0;
   std::size_t late_ = 0, featureless_ = 0, unexplained_ = 0;
 };
 

@@ -51,6 +51,7 @@ struct RotationSignal {
   std::vector<RotationIncrement> increments;
   std::vector<BearingPair> pairs;
   FrameTiming timing;
+  double apparent_row = 0;  ///< mean row of the bearings behind the apparent rotations, as BearingMatch counts rows
   std::optional<CameraModel> model;
   bool focal_assumed = false;  ///< the field of view is a stated default, so rotations may be off by a scale
   std::optional<Mat3> R_body_sensor;

@@ -15,6 +15,7 @@
 #include "takt/estimators/alignment/likelihood.h"
 #include "takt/estimators/alignment/phase.h"
 #include "takt/estimators/alignment/tdicp.h"
+#include "takt/estimators/alignment/verdict.h"
 
 namespace takt {
 
@@ -23,21 +24,15 @@ using namespace alignment;
 namespace {
 
 constexpr std::size_t fewest_steps = 20;
-/// The rival must explain the data worse by this much (nats): e¹² to one.
-constexpr double clear_margin = 12;
-/// Below this share of common rotation, with both sides sure of themselves, they do not see the same motion.
-constexpr double disagreement = 0.4, doubtful_agreement = 0.85;
-/// "Sure of themselves": they misfit beyond their claims, in general or in proportion to the turn.
-constexpr double claimed_misfit = 3, relative_misfit = 0.15;
 /// Beyond this share of the turn, errors are not noise: the model does not fit.
 constexpr double credible_relative_error = 0.1;
-/// A shorter readout than this is a global shutter's (s).
-constexpr double shortest_readout_s = 1e-3;
-/// A motion this far above the noise must correlate, if it is the same.
-constexpr double strong_motion = 5, least_correlation = 0.5, unrivalled_correlation = 0.85;
-constexpr double significant_sigmas = 4;
+/// Rolling shutters take longer than this for a frame (s).
+constexpr double fastest_readout_s = 3e-3;
+/// Two answers whose readouts differ by more are for different rows (s).
+constexpr double same_readout_s = 1e-3;
+/// How well it is known which row an apparent rotation stands for, as a share of the height.
+constexpr double apparent_row_sigma = 0.03;
 constexpr double rotation_known_rad = 0.035;
-constexpr double plausible_drift = 5e-4;
 
 Estimate blank(const RotationSignal& sensor, const ImuStream& reference, const char* method) {
   Estimate e;
@@ -80,34 +75,9 @@ Estimate phase_estimate(const Problem& p, const PhaseFit& f, const Coarse& start
   return e;
 }
 
-/// Reasons not to answer at all, found before any fine estimate.
-std::optional<std::string> no_answer(const Excitation& x, const Correlation& c, const Problem& p) {
-  if (x.sensor_still())
-    return fmt::format("the sensor hardly turns: {:.4f} rad/s against {:.4f} rad/s of noise; rotate it about two axes",
-                       x.sensor_rms[0], x.sensor_noise);
-  if (x.reference_still())
-    return fmt::format("the reference hardly turns: {:.4f} rad/s against {:.4f} rad/s of noise", x.reference_rms[0],
-                       x.reference_noise);
-  if (!c.refusal.empty()) return c.refusal;
-  const double base = to_seconds(p.between_epochs());
-  const bool strong =
-      x.sensor_rms[0] > strong_motion * x.sensor_noise && x.reference_rms[0] > strong_motion * x.reference_noise;
-  const bool rivalled = c.rival_margin < clear_margin;
-  if (strong && c.peaks.front().r < (rivalled ? unrivalled_correlation : least_correlation))
-    return fmt::format(
-        "sensor and gyro disagree: at no offset do they share more than {:.0f} % of the rotation; is the "
-        "picture stabilised in the camera, or are the two not rigidly joined or not of the same time?",
-        100 * c.peaks.front().r * c.peaks.front().r);
-  if (c.peaks.front().evidence < c.significance)
-    return fmt::format(
-        "no offset between {:.3f} and {:.3f} s stands out: the best correlation is {:.2f}, as chance gives too",
-        c.searched_from_s + base, c.searched_to_s + base, c.peaks.front().r);
-  if (rivalled)
-    return fmt::format(
-        "two offsets fit about equally well, {:.4f} and {:.4f} s: the motion repeats itself; move less "
-        "regularly, or narrow the search",
-        c.peaks[0].offset_s + base, c.peaks[1].offset_s + base);
-  return std::nullopt;
+/// Whether the readout is too close to none for any rolling shutter.
+bool shows_no_readout(const LikelihoodFit& fit) {
+  return std::abs(fit.readout_s) < 3 * fit.readout_sigma_s && fit.readout_sigma_s < 0.25 * fastest_readout_s;
 }
 
 LikelihoodFit fit_fine(const Problem& p, const Coarse& start, const AlignmentOptions& options, bool bearings) {
@@ -115,65 +85,25 @@ LikelihoodFit fit_fine(const Problem& p, const Coarse& start, const AlignmentOpt
   LikelihoodOptions wanted;
   wanted.bearings = bearings;
   wanted.log_focal = start.log_focal;
-  // A readout that the recording knows is used as it is.
-  const bool readout_known = timing.shutter == Shutter::global || timing.readout_s > 0;
-  wanted.readout = bearings && (options.line_delay || !readout_known);
-  LikelihoodFit fit = maximise_likelihood(p, start, wanted, timing.readout_s);
-  const bool free_readout = wanted.readout && !options.line_delay && timing.shutter == Shutter::unknown;
+  const bool known = timing.readout_s != 0 || timing.shutter == Shutter::global;
+  wanted.readout = bearings && (options.line_delay || !known || timing.readout_s != 0);
+  wanted.readout_prior_s = wanted.readout_start_s = timing.readout_s;
+  if (known && !options.line_delay) wanted.readout_prior_sigma_s = 0;
+  LikelihoodFit fit = maximise_likelihood(p, start, wanted);
   const bool no_readout =
-      free_readout && !(fit.readout_s > std::max(shortest_readout_s, significant_sigmas * fit.readout_sigma_s));
+      wanted.readout && !options.line_delay && timing.shutter == Shutter::unknown && !known && shows_no_readout(fit);
   const bool no_drift = !options.drift && !(std::abs(fit.drift) > significant_sigmas * fit.drift_sigma);
-  if (!fit.converged || (!no_readout && !no_drift)) return fit;
-  // What the data do not ask for is fixed at none: the offset then is not burdened with its uncertainty.
-  const double drift_sigma = fit.drift_sigma;
-  Coarse again = start;
-  again.offset_s = fit.offset_s, again.centre_s = fit.centre_s;
-  again.drift = no_drift ? 0 : fit.drift;
-  again.R_reference_sensor = fit.R_reference_sensor;
-  wanted.drift = !no_drift;
-  wanted.readout = wanted.readout && !no_readout;
-  fit = maximise_likelihood(p, again, wanted, wanted.readout ? fit.readout_s : timing.readout_s);
-  if (no_drift) fit.drift = 0, fit.drift_sigma = drift_sigma;
+  if (fit.converged && no_readout) {
+    // What the data do not ask for is fixed at none: the offset then is not burdened with its uncertainty.
+    Coarse again = start;
+    again.offset_s = fit.offset_s, again.centre_s = fit.centre_s, again.drift = fit.drift;
+    again.R_reference_sensor = fit.R_reference_sensor;
+    wanted.readout = false, wanted.readout_prior_s = wanted.readout_start_s = 0;
+    fit = maximise_likelihood(p, again, wanted);
+  }
+  // At the fit's centre the offset does not depend on the drift, so nothing has to be fitted anew without it.
+  if (no_drift) fit.drift = 0;
   return fit;
-}
-
-void doubt_fit(Estimate& e, const Problem& p, const LikelihoodFit& f, const Coarse& start) {
-  if (!f.converged) {
-    e.doubt(Verdict::refused, "the fine alignment did not settle");
-    return;
-  }
-  const double moved = f.offset_s - start.offset_s - start.drift * (f.centre_s - start.centre_s);
-  if (std::abs(moved) > 2 * start.lobe_s + 0.02) {
-    e.doubt(Verdict::refused, fmt::format("the fine alignment left the correlation peak by {:.1f} ms", 1e3 * moved));
-    return;
-  }
-  const bool sure = f.misfit > claimed_misfit || f.relative_error > relative_misfit;
-  if (f.explained < disagreement && sure)
-    e.doubt(Verdict::refused,
-            fmt::format("sensor and gyro disagree: they share only {:.0f} % of the rotation; is the picture stabilised "
-                        "in the camera, or are the two not rigidly joined?",
-                        100 * std::max(0.0, f.explained)));
-  else if (f.explained < doubtful_agreement && sure)
-    e.doubt(Verdict::weak, fmt::format("sensor and gyro share only {:.0f} % of the rotation", 100 * f.explained));
-  if (!e.answered()) return;
-  const double apart = f.halves[1].offset_s - f.halves[0].offset_s;
-  const double apart_sigma = std::hypot(f.halves[0].sigma_s, f.halves[1].sigma_s);
-  if (f.halves[0].sigma_s > 0 && f.halves[1].sigma_s > 0 && std::abs(apart) > significant_sigmas * apart_sigma)
-    e.doubt(Verdict::weak, fmt::format("the two halves disagree by {:.3f} ms, {:.1f} times the uncertainty of that",
-                                       1e3 * apart, std::abs(apart) / apart_sigma));
-  if (f.relative_error > relative_misfit)
-    e.doubt(Verdict::weak,
-            fmt::format("errors of {:.0f} % of the turn: the lens is not known well enough (--intrinsics), or "
-                        "much of the motion is translation",
-                        100 * f.relative_error));
-  if (std::abs(f.drift) > plausible_drift)
-    e.doubt(Verdict::weak, fmt::format("a drift of {:.0f} ppm is more than two crystals can differ by", 1e6 * f.drift));
-  if (f.outliers > 0.2)
-    e.doubt(Verdict::weak, fmt::format("{:.0f} % of the sensor's steps fit nothing", 100 * f.outliers));
-  if (f.inflation > 3) e.doubt(Verdict::weak, "the residuals are far from independent: the model misses something");
-  if (*e.sigma_s > 0.25 * p.step_s && *e.sigma_s > 2e-3)
-    e.doubt(Verdict::weak,
-            fmt::format("little is known: the motion fixes the offset to {:.1f} ms only", 1e3 * *e.sigma_s));
 }
 
 void add_findings(Estimate& e, const Problem& p, const LikelihoodFit& f, const Coarse& start,
@@ -228,25 +158,12 @@ bool prefer_bearings(const LikelihoodFit& rotation, const LikelihoodFit& bearing
   return bearings.relative_error < credible_relative_error || bearings.relative_error < rotation.relative_error;
 }
 
-/// Where the two likelihoods are far apart and the plain correlation sides with the other one, the answer is in doubt.
-void hear_third_witness(Estimate& answer, const Estimate& second, const Estimate& correlation) {
-  if (!answer.answered() || !correlation.answered()) return;
-  if (!second.answered()) {
-    answer.doubt(Verdict::weak, "with and without translation in the model do not both lead to an answer");
-    return;
-  }
-  // A rolling shutter that only one of them models accounts for a difference.
-  if (std::abs(answer.line_delay_s.value_or(0) - second.line_delay_s.value_or(0)) > 2e-6) return;
-  const double apart = to_seconds(*answer.offset - *second.offset);
-  const double allowed = std::hypot(*answer.sigma_s, *second.sigma_s);
-  const auto from_correlation = [&](const Estimate& e) {
-    return std::abs(to_seconds(*e.offset - *correlation.offset));
-  };
-  if (std::abs(apart) > significant_sigmas * allowed && from_correlation(answer) > from_correlation(second))
-    answer.doubt(Verdict::weak,
-                 fmt::format("with and without translation in the model the answers are {:.2f} ms apart, {:.1f} times "
-                             "their uncertainty, and the correlation is nearer to the other",
-                             1e3 * std::abs(apart), std::abs(apart) / allowed));
+/// A rolling shutter's frame has no single instant. Whoever takes it for one finds the offset of the row that its
+/// apparent rotations stand for; `row` is the mean row of what was seen, in fractions of the height.
+void refer_to_stamped_row(Estimate& e, double row, double readout_s, double readout_sigma_s) {
+  if (!e.answered() || readout_s == 0) return;
+  *e.offset -= from_seconds(row * readout_s);
+  *e.sigma_s = std::hypot(*e.sigma_s, row * readout_sigma_s, apparent_row_sigma * readout_s);
 }
 
 /// The two likelihoods look at the same pictures in two ways, and err in two ways: one by noise, the other by a
@@ -256,10 +173,7 @@ void hear_third_witness(Estimate& answer, const Estimate& second, const Estimate
 void join(Estimate& answer, const Estimate& second, const LikelihoodFit& fine, const LikelihoodFit& other) {
   if (!answer.answered() || !second.answered()) return;
   if (std::max(fine.relative_error, other.relative_error) > credible_relative_error) return;
-  // A rolling shutter is seen by the bearings alone: the other answer then is for some middle row.
-  if (std::abs(fine.readout_s - other.readout_s) > shortest_readout_s) return;
-  const double apart =
-      to_seconds(*second.offset - *answer.offset) + second.drift.value_or(0) * to_seconds(answer.epoch - second.epoch);
+  const double apart = apart_s(answer, second);
   const double allowed = std::hypot(*answer.sigma_s, *second.sigma_s);
   if (std::abs(apart) > 3 * allowed) return;
   const double share = *answer.sigma_s * *answer.sigma_s / (allowed * allowed);
@@ -317,13 +231,14 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
   const double between = to_seconds(problem.between_epochs());
   const double widest = std::numeric_limits<double>::infinity();
   const double search = options.search_s.value_or(widest);
-  const Correlation coarse = correlate(problem, -search - between, search - between);
+  const RateGrids grids = rate_grids(problem);
+  const Correlation coarse = correlate(problem, grids, -search - between, search - between);
   if (const auto why = no_answer(measure_excitation(problem), coarse, problem)) {
     Estimate e = refuse(*why);
     if (!coarse.curve_r.empty()) e.evidence.panels.push_back(correlation_panel(problem, coarse));
     return e;
   }
-  Coarse start = follow_drift(problem, coarse);
+  Coarse start = follow_drift(problem, grids, coarse);
   if (sensor.focal_assumed) start.log_focal = fit_log_focal(problem, start);
   const PhaseFit phase = fit_phase(problem, start);
   const bool has_bearings = !problem.pairs.empty();
@@ -338,6 +253,10 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
     const LikelihoodFit& other = bearings_win ? by_rotation : by_bearings;
     Estimate second = ml_estimate(problem, other, start, base, options);
     second.method = bearings_win ? "ml-rotation" : "ml-bearings";
+    const double readout_s = by_bearings.converged ? by_bearings.readout_s : sensor.timing.readout_s;
+    const Estimate* const knows_rows = bearings_win ? &all.back() : &second;
+    for (Estimate* e : {&all[0], &all[1], &all[2], &all[3], &second})
+      if (e != knows_rows) refer_to_stamped_row(*e, sensor.apparent_row, readout_s, by_bearings.readout_sigma_s);
     hear_third_witness(all.back(), second, all.front());
     join(all.back(), second, fine, other);
     all.push_back(std::move(second));
@@ -347,6 +266,10 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
       if (!e.method.starts_with("ml") && e.answered())
         e.doubt(Verdict::weak, fmt::format("the clocks drift by {:.1f} ± {:.1f} ppm, which this method does not model",
                                            1e6 * fine.drift, 1e6 * fine.drift_sigma));
+  const Estimate& likelihood =
+      *std::find_if(all.begin(), all.end(), [](const Estimate& e) { return e.method == "ml"; });
+  for (Estimate& e : all)
+    if (!e.method.starts_with("ml")) confront(e, likelihood);
   Estimate answer = chosen(all, options.method);
   const bool fitted = fine.converged;
   const double offset = fitted ? fine.offset_s : start.offset_s, drift = fitted ? fine.drift : start.drift;

@@ -16,7 +16,6 @@ namespace {
 /// A match worth looking at must rest on this many sensor steps.
 constexpr double min_steps = 20;
 constexpr std::size_t max_candidates = 12;
-constexpr std::size_t max_cells = 1u << 17;
 
 /// Log likelihood ratio of "one is the other, turned" against "nothing to do with each other".
 struct EvidenceScale {
@@ -68,23 +67,6 @@ double parabola_top(double before, double at, double after) {
   return bend < 0 ? std::clamp(0.5 * (before - after) / bend, -1.0, 1.0) : 0;
 }
 
-struct Grids {
-  RateGrid sensor, reference;
-  double cell_s;
-  /// An offset of the reference against the sensor, for a lag in cells.
-  [[nodiscard]] double offset_of(double lag) const { return reference.begin_s - sensor.begin_s + lag * cell_s; }
-  [[nodiscard]] double lag_of(double offset_s) const {
-    return (offset_s - reference.begin_s + sensor.begin_s) / cell_s;
-  }
-};
-
-Grids make_grids(const Problem& p) {
-  const double length = std::max(p.steps.back().t1 - p.steps.front().t0, p.reference.end_s() - p.reference.begin_s());
-  // A quarter of a sensor step: the fastest motion that the sensor can show still has its peak within reach of a cell.
-  const double cell = std::max(0.25 * p.step_s, length / static_cast<double>(max_cells));
-  return {step_grid(p, cell), reference_grid(p, cell, p.step_s), cell};
-}
-
 /// Local maxima of the evidence, best first, none within a lobe of a better one.
 std::vector<std::ptrdiff_t> candidates(const VectorCorrelation& c, const EvidenceScale& evidence, std::ptrdiff_t lobe) {
   std::vector<std::size_t> tops;
@@ -118,7 +100,7 @@ std::ptrdiff_t lobe_half_width(const RateGrid& g) {
 }
 
 /// Climbs from a lag to the top of the vector correlation nearby.
-Peak refine(const Grids& g, std::ptrdiff_t start, std::ptrdiff_t reach, const EvidenceScale& evidence,
+Peak refine(const RateGrids& g, std::ptrdiff_t start, std::ptrdiff_t reach, const EvidenceScale& evidence,
             std::ptrdiff_t lowest, std::ptrdiff_t highest) {
   const std::size_t n = g.sensor.rate.size();
   std::ptrdiff_t best = start;
@@ -146,7 +128,7 @@ Peak refine(const Grids& g, std::ptrdiff_t start, std::ptrdiff_t reach, const Ev
 }
 
 /// σ of the peak's place: misfit over the slope's power, fewer independent samples counted by the misfit's memory.
-double peak_sigma(const Grids& g, const Peak& peak, double memory) {
+double peak_sigma(const RateGrids& g, const Peak& peak, double memory) {
   const auto lag = static_cast<std::ptrdiff_t>(std::llround(g.lag_of(peak.offset_s)));
   const VectorFit fit = vector_fit(g.sensor, g.reference, lag, 0, g.sensor.rate.size());
   double slope_power = 0;
@@ -164,7 +146,7 @@ double peak_sigma(const Grids& g, const Peak& peak, double memory) {
   return std::hypot(noise, parabola_error_cells * g.cell_s);
 }
 
-void thin_curve(const VectorCorrelation& c, const Grids& g, Correlation& out) {
+void thin_curve(const VectorCorrelation& c, const RateGrids& g, Correlation& out) {
   // Keep the largest of each run, so that no peak is lost.
   const std::size_t run = std::max<std::size_t>(1, c.r.size() / 1500);
   for (std::size_t i = 0; i < c.r.size(); i += run) {
@@ -178,9 +160,8 @@ void thin_curve(const VectorCorrelation& c, const Grids& g, Correlation& out) {
 
 }  // namespace
 
-Correlation correlate(const Problem& problem, double from_s, double to_s) {
+Correlation correlate(const Problem& problem, const RateGrids& g, double from_s, double to_s) {
   Correlation out;
-  const Grids g = make_grids(problem);
   if (g.sensor.rate.size() < 8 || g.reference.rate.size() < 8) {
     out.refusal = "one of the recordings is too short";
     return out;
@@ -235,8 +216,7 @@ Correlation correlate(const Problem& problem, double from_s, double to_s) {
   return out;
 }
 
-Coarse follow_drift(const Problem& problem, const Correlation& correlation) {
-  const Grids g = make_grids(problem);
+Coarse follow_drift(const Problem& problem, const RateGrids& g, const Correlation& correlation) {
   const Peak& peak = correlation.peaks.front();
   const auto peak_lag = static_cast<std::ptrdiff_t>(std::llround(g.lag_of(peak.offset_s)));
   const auto lobe = std::max<std::ptrdiff_t>(1, static_cast<std::ptrdiff_t>(correlation.lobe_s / g.cell_s));

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "takt/estimators/alignment/problem.h"
+#include "takt/estimators/alignment/rate_grid.h"
 
 namespace takt::alignment {
 
@@ -31,9 +32,9 @@ struct Correlation {
 };
 
 /// Offsets are searched in [from, to] (internal seconds).
-[[nodiscard]] Correlation correlate(const Problem& problem, double from_s, double to_s);
+[[nodiscard]] Correlation correlate(const Problem& problem, const RateGrids& grids, double from_s, double to_s);
 
 /// The peak refined and its drift followed through the recording, as the start for the fine methods.
-[[nodiscard]] Coarse follow_drift(const Problem& problem, const Correlation& correlation);
+[[nodiscard]] Coarse follow_drift(const Problem& problem, const RateGrids& grids, const Correlation& correlation);
 
 }  // namespace takt::alignment

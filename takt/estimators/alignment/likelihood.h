@@ -11,7 +11,10 @@ namespace takt::alignment {
 struct LikelihoodOptions {
   bool bearings = false;  ///< compare the bearings of pairs; else the steps' (apparent) rotations
   bool drift = true;
-  bool readout = false;  ///< time from the first row to the last, from bearings
+  bool readout = false;  ///< estimate the time from the first row to the last, from bearings
+  double readout_start_s = 0;
+  /// What is known of it beforehand (s). σ 0: it is known, up to what translation makes of it.
+  double readout_prior_s = 0, readout_prior_sigma_s = 0.1;
   double log_focal = 0;  ///< log of the true focal length over the one that the bearings were made with
 };
 
@@ -44,8 +47,7 @@ struct LikelihoodFit {
   double misfit = 0;          ///< rms residual over what the sensor and the gyro claim of themselves
   double relative_error = 0;  ///< rms error beyond those claims, as a share of the turn
   double outliers = 0;        ///< share of the steps beyond 4σ
-  double whiteness = 0;       ///< largest autocorrelation left (lags 1–8) times √n
-  double inflation = 1;       ///< how much the remaining correlation widened the covariance
+  double inflation = 1;       ///< how much remaining correlation and scatter from window to window widened σ
   Arma11 errors;
 
   std::vector<double> residual_t_s;  ///< thinned
@@ -54,8 +56,7 @@ struct LikelihoodFit {
   WindowOffset halves[2] = {};
 };
 
-/// The prior readout (s) is where the search for it starts.
 [[nodiscard]] LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start,
-                                                const LikelihoodOptions& options, double readout_start_s = 0);
+                                                const LikelihoodOptions& options);
 
 }  // namespace takt::alignment

@@ -94,7 +94,7 @@ PhaseFit fit_phase(const Problem& problem, const Coarse& start) {
   // Half-overlapped Hann segments count for about 0.55 independent ones each; the three axes rarely carry more than
   // two.
   const double averages = 0.55 * segments * 2;
-  double weight_sum = 0, slope_sum = 0;
+  double weight_sum = 0, slope_sum = 0, phase_squares = 0, used = 0;
   // The residual offset is small, so the phase 2πf·x stays within ±π where the coherence is worth anything.
   for (std::size_t k = 1; k + 1 < bins; ++k) {
     const double f = static_cast<double>(k) / (static_cast<double>(length) * cell);
@@ -111,11 +111,14 @@ PhaseFit fit_phase(const Problem& problem, const Coarse& start) {
     const double omega = 2 * pi * f;
     weight_sum += omega * omega / variance;
     slope_sum += -omega * phase / variance;
+    phase_squares += phase * phase / variance, used += 1;
   }
   if (weight_sum <= 0) return fit;
   const double residual = slope_sum / weight_sum;
-  // A Hann window spreads a line over about 1.5 bins: neighbouring phases are not independent.
-  const double sigma = std::sqrt(1.5 / weight_sum);
+  // A Hann window spreads a line over about 1.5 bins: neighbouring phases are not independent. Phases that scatter
+  // about the line by more than their coherences say make it less certain.
+  const double chi2 = std::max(0.0, phase_squares - residual * slope_sum) / std::max(1.0, used / 1.5 - 1);
+  const double sigma = std::sqrt(1.5 / weight_sum * std::max(1.0, chi2 / 1.5));
   if (std::abs(residual) > 3 * start.lobe_s + 1e-3) return fit;
   fit.answered = true;
   fit.offset_s = start.offset_s + residual;

@@ -90,4 +90,12 @@ RateGrid reference_grid(const Problem& problem, double cell_s, double window_s) 
   return grid;
 }
 
+RateGrids rate_grids(const Problem& p) {
+  constexpr double most_cells = 1u << 17;
+  const double length = std::max(p.steps.back().t1 - p.steps.front().t0, p.reference.end_s() - p.reference.begin_s());
+  // A quarter of a sensor step: the fastest motion that the sensor can show still has its peak within reach of a cell.
+  const double cell = std::max(0.25 * p.step_s, length / most_cells);
+  return {step_grid(p, cell), reference_grid(p, cell, p.step_s), cell};
+}
+
 }  // namespace takt::alignment

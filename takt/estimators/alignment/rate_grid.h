@@ -25,4 +25,16 @@ struct RateGrid {
 /// The gyro averaged over `window_s` around each cell's centre, to match the length of the sensor's steps.
 [[nodiscard]] RateGrid reference_grid(const Problem& problem, double cell_s, double window_s);
 
+/// Sensor and reference on grids of the same cells, for the search.
+struct RateGrids {
+  RateGrid sensor, reference;
+  double cell_s;
+  /// An offset of the reference against the sensor, for a lag in cells.
+  [[nodiscard]] double offset_of(double lag) const { return reference.begin_s - sensor.begin_s + lag * cell_s; }
+  [[nodiscard]] double lag_of(double offset_s) const {
+    return (offset_s - reference.begin_s + sensor.begin_s) / cell_s;
+  }
+};
+[[nodiscard]] RateGrids rate_grids(const Problem& problem);
+
 }  // namespace takt::alignment
