@@ -15,7 +15,7 @@ namespace {
 constexpr ImuNoise usual_noise{
     .gyro_density = 5e-4, .gyro_random_walk = 5e-5, .accel_density = 5e-3, .accel_random_walk = 5e-3};
 /// Clones kept for one camera, and for each further one.
-constexpr std::size_t clones_of_first = 12, clones_of_others = 8;
+constexpr std::size_t clones_of_first = 16, clones_of_others = 10;
 constexpr std::size_t fewest_sightings = 3;
 /// How clocks wander besides a constant drift: white phase steps (s/√s) and a drift that walks (1/√s).
 constexpr double offset_walk = 3e-7, drift_walk = 2e-8;
