@@ -45,7 +45,7 @@ const std::array<Motion, 12> table{{
      .speed_lively_m_s = 8,
      .speed_low_hz = 0.08,
      .speed_high_hz = 0.5,
-     .room_half_extent_m = {70, 60, 8}},
+     .room_half_extent_m = {90, 90, 8}},
     {.name = "stops",
      .says = "carried about, and put down every now and then",
      .turn_calm_rad_s = 0.4,
