@@ -70,6 +70,7 @@ void add_track(CLI::App& app, Common& common, Action& action) {
       ->required();
   verb.add_option("--sensor", job->sensor, "camera to answer for (default: the first)");
   verb.add_option("--reference", job->reference, "IMU whose clock is right (default: the first)");
+  verb.add_option("--intrinsics", job->intrinsics, "camera file: ASL sensor.yaml or Kalibr camchain");
   add_options(verb, job->tracking);
   verb.get_option("--method")->check(CLI::IsMember(tracking_methods()));
   verb.add_flag("--stream", *stream, "print a JSON line for every frame as it is used");

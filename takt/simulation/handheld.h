@@ -23,6 +23,10 @@ struct HandheldOptions {
   Motion motion = find_motion("handheld");
   double offset_s = 0.0123;  ///< of the clocks: reference − sensor in the middle of the recording
   double drift = 0;          ///< s/s
+  double step_s = 0;         ///< by which the offset jumps at `step_at_s` after the start
+  double step_at_s = 0;
+  bool stereo = false;         ///< a second camera, cam1, 0.11 m to the right of the first
+  double stereo_offset_s = 0;  ///< cam1's offset less cam0's
   Footage footage = Footage::images;
   SimulatedCamera camera;
   SimulatedImu imu;

@@ -51,7 +51,8 @@ void check(const HandheldParameters& p) {
   };
   auto not_negative = [](const std::string& field, const auto& value, const std::string&) {
     if constexpr (std::is_same_v<std::decay_t<decltype(value)>, double>) {
-      if (value < 0 && field != "offset_s" && field != "drift_ppm" && field != "imu_stamp_delay_s")
+      if (value < 0 && field != "offset_s" && field != "step_s" && field != "stereo_offset_s" && field != "drift_ppm" &&
+          field != "imu_stamp_delay_s")
         throw_bad_value(field, parameter_text(value), "is negative");
     }
   };
@@ -86,6 +87,10 @@ HandheldOptions to_options(const HandheldParameters& p) {
   if (p.speed_rms_m_s) o.motion.speed_calm_m_s = o.motion.speed_lively_m_s = *p.speed_rms_m_s;
   o.offset_s = p.offset_s;
   o.drift = 1e-6 * p.drift_ppm;
+  o.step_s = p.step_s;
+  o.step_at_s = p.step_at_s;
+  o.stereo = p.stereo;
+  o.stereo_offset_s = p.stereo_offset_s;
   o.footage = p.tracks ? Footage::tracks : Footage::images;
 
   read_resolution(p.resolution, o.camera.width, o.camera.height);

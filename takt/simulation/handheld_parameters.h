@@ -15,6 +15,9 @@ struct HandheldParameters {
   std::optional<double> turn_rms_rad_s, speed_rms_m_s;
   double offset_s = HandheldOptions{}.offset_s;
   double drift_ppm = 0;
+  double step_s = 0, step_at_s = 30;
+  bool stereo = false;
+  double stereo_offset_s = 0.0015;
   bool tracks = false;
 
   double frame_rate_hz = SimulatedCamera{}.rate_hz;
@@ -48,12 +51,18 @@ struct HandheldParameters {
 
 template <class Visitor>
 void describe(HandheldParameters& p, Visitor& v) {
-  v("motion", p.motion, "handheld, rig, fast, weak, still, single_axis, single_tone, translation_only, constant_rate");
+  v("motion", p.motion,
+    "handheld, rig, car, stops, fast, weak, still, single_axis, single_tone, translation_only, constant_rate, "
+    "constant_velocity");
   v("duration_s", p.duration_s, "length of the recording");
   v("turn_rms_rad_s", p.turn_rms_rad_s, "rms angular rate; the motion's own when left out");
   v("speed_rms_m_s", p.speed_rms_m_s, "rms speed; the motion's own when left out");
   v("offset_s", p.offset_s, "clocks: reference - sensor in the middle of the recording");
   v("drift_ppm", p.drift_ppm, "clocks: how much faster the reference runs");
+  v("step_s", p.step_s, "by which the offset jumps once");
+  v("step_at_s", p.step_at_s, "when it jumps, after the start");
+  v("stereo", p.stereo, "a second camera, cam1, 0.11 m to the right");
+  v("stereo_offset_s", p.stereo_offset_s, "cam1's offset less cam0's");
   v("tracks", p.tracks, "write feature tracks instead of images");
   v("frame_rate_hz", p.frame_rate_hz, "frames a second");
   v("resolution", p.resolution, "width x height");

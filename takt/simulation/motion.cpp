@@ -15,7 +15,7 @@ namespace {
 /// Clear of the walls by this, so that no face fills the view with a single texel.
 constexpr double wall_margin_m = 0.3;
 
-const std::array<Motion, 9> table{{
+const std::array<Motion, 12> table{{
     {.name = "handheld",
      .says = "a camera in a hand: 0.5 to 1.5 rad/s, up to 4 Hz",
      .turn_calm_rad_s = 0.5,
@@ -34,6 +34,28 @@ const std::array<Motion, 9> table{{
      .speed_low_hz = 0.06,
      .speed_high_hz = 0.5,
      .room_half_extent_m = {8, 7, 2}},
+    {.name = "car",
+     .says = "a car in a square: turns slowly about the vertical, up to 8 m/s",
+     .freedom = Freedom::upright,
+     .turn_calm_rad_s = 0.1,
+     .turn_lively_rad_s = 0.25,
+     .turn_low_hz = 0.05,
+     .turn_high_hz = 0.7,
+     .speed_calm_m_s = 4,
+     .speed_lively_m_s = 8,
+     .speed_low_hz = 0.08,
+     .speed_high_hz = 0.5,
+     .room_half_extent_m = {90, 90, 8}},
+    {.name = "stops",
+     .says = "carried about, and put down every now and then",
+     .turn_calm_rad_s = 0.4,
+     .turn_lively_rad_s = 0.8,
+     .turn_high_hz = 2,
+     .speed_calm_m_s = 0.2,
+     .speed_lively_m_s = 0.4,
+     .go_s = 9,
+     .stop_s = 6},
+    {.name = "constant_velocity", .says = "glides without turning: no answer is possible", .constant_speed_m_s = 0.02},
     {.name = "fast",
      .says = "shaken hard: 3 to 5 rad/s, up to 5 Hz",
      .turn_calm_rad_s = 3,
@@ -87,6 +109,8 @@ class WaveMotion : public Trajectory {
                             : upright                 ? Mat3(Vec3(0.05, 0.05, 1).asDiagonal())
                                                       : Mat3::Identity();
     const Mat3 move_shape = (upright ? Vec3(1, 1, 0.02) : Vec3(1, 1, 0.7)).asDiagonal();
+    const Vec3 course(random.normal(), random.normal(), 0);
+    glide_ = m.constant_speed_m_s * course.normalized();
     turning_ = Wave({turn, m.turn_low_hz, m.turn_high_hz, m.tones}, turn_shape, Random(seed, "turning"));
     moving_ = Wave({speed, m.speed_low_hz, m.speed_high_hz, m.tones}, move_shape, Random(seed, "moving"));
     const Vec3 reach = centre_.cwiseAbs() + moving_.bound();
@@ -101,20 +125,71 @@ class WaveMotion : public Trajectory {
   Eigen::Isometry3d world_from_body(double t) const override {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.linear() = (mean_ * exp_so3(rate_ * t + turning_.at(t)[0])).toRotationMatrix();
-    pose.translation() = centre_ + moving_.at(t)[0];
+    pose.translation() = centre_ + glide_ * t + moving_.at(t)[0];
     return pose;
   }
   Vec3 omega_body(double t) const override {
     const auto phi = turning_.at(t);
     return right_jacobian(rate_ * t + phi[0]) * (rate_ + phi[1]);
   }
-  Vec3 velocity_world(double t) const override { return moving_.at(t)[1]; }
+  Vec3 velocity_world(double t) const override { return glide_ + moving_.at(t)[1]; }
   Vec3 acceleration_world(double t) const override { return moving_.at(t)[2]; }
 
  private:
   Quat mean_;
-  Vec3 centre_, rate_;
+  Vec3 centre_, rate_, glide_;
   Wave turning_, moving_;
+};
+
+/// Another motion, run through at a varying pace: for `go_s` seconds at its own, then `stop_s` at none.
+/// The pace has a continuous slope, so that accelerations are finite.
+class StopAndGo : public Trajectory {
+ public:
+  StopAndGo(std::shared_ptr<const Trajectory> going, double go_s, double stop_s)
+      : going_(std::move(going)), go_s_(go_s), cycle_s_(go_s + stop_s) {}
+
+  Eigen::Isometry3d world_from_body(double t) const override { return going_->world_from_body(pace(t).place); }
+  Vec3 omega_body(double t) const override {
+    const Pace p = pace(t);
+    return p.rate * going_->omega_body(p.place);
+  }
+  Vec3 velocity_world(double t) const override {
+    const Pace p = pace(t);
+    return p.rate * going_->velocity_world(p.place);
+  }
+  Vec3 acceleration_world(double t) const override {
+    const Pace p = pace(t);
+    return p.rate * p.rate * going_->acceleration_world(p.place) + p.slope * going_->velocity_world(p.place);
+  }
+
+ private:
+  struct Pace {
+    double place, rate, slope;
+  };
+  /// rate = sin² ramps of `ramp_s` at both ends of the going part.
+  Pace pace(double t) const {
+    const double ramp_s = std::min(1.0, 0.5 * go_s_);
+    const double whole = go_s_ - ramp_s;  // what one cycle covers
+    const double cycles = std::floor(t / cycle_s_), u = t - cycles * cycle_s_;
+    const double k = std::numbers::pi / ramp_s;
+    const auto risen = [&](double x) -> Pace {
+      return {0.5 * (x - std::sin(k * x) / k), 0.5 * (1 - std::cos(k * x)), 0.5 * k * std::sin(k * x)};
+    };
+    Pace p{whole, 0, 0};
+    if (u < ramp_s) {
+      p = risen(u);
+    } else if (u < go_s_ - ramp_s) {
+      p = {0.5 * ramp_s + u - ramp_s, 1, 0};
+    } else if (u < go_s_) {
+      const Pace back = risen(go_s_ - u);
+      p = {whole - back.place, back.rate, -back.slope};
+    }
+    p.place += cycles * whole;
+    return p;
+  }
+
+  std::shared_ptr<const Trajectory> going_;
+  double go_s_, cycle_s_;
 };
 
 }  // namespace
@@ -133,7 +208,9 @@ const Motion& find_motion(const std::string& name) {
 }
 
 std::shared_ptr<const Trajectory> make_trajectory(const Motion& motion, std::uint64_t seed) {
-  return std::make_shared<WaveMotion>(motion, seed);
+  auto going = std::make_shared<WaveMotion>(motion, seed);
+  if (motion.stop_s > 0) return std::make_shared<StopAndGo>(going, motion.go_s, motion.stop_s);
+  return going;
 }
 
 }  // namespace takt

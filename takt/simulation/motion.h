@@ -27,11 +27,14 @@ struct Motion {
   int tones = 24;
   double speed_calm_m_s = 0, speed_lively_m_s = 0;  ///< rms speed
   double speed_low_hz = 0.2, speed_high_hz = 1.5;
+  double constant_speed_m_s = 0;           ///< added along one fixed, seeded direction; the room does not hold it
   double constant_rate_rad_s = 0;          ///< added about one fixed, seeded axis
+  double go_s = 0, stop_s = 0;             ///< it moves for so long, then stands for so long, and so on; 0: never stops
   Vec3 room_half_extent_m{3.0, 2.5, 1.5};  ///< the box around, from its centre, in which it moves
 };
 
-/// handheld, rig, fast, weak, still, single_axis, single_tone, translation_only, constant_rate.
+/// handheld, rig, car, stops, fast, weak, still, single_axis, single_tone, translation_only, constant_rate,
+/// constant_velocity.
 [[nodiscard]] std::span<const Motion> motions();
 /// Throws std::invalid_argument naming the ones there are.
 [[nodiscard]] const Motion& find_motion(const std::string& name);

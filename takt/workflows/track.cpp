@@ -4,20 +4,69 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <utility>
 
 #include "takt/error.h"
+#include "takt/recording/camera_file.h"
 #include "takt/recording/open_recording.h"
+#include "takt/signals/feature_tracks.h"
 #include "takt/signals/track_rotation.h"
+#include "takt/streams/audit.h"
+#include "takt/workflows/offset_history.h"
 
 namespace takt {
 
 namespace {
 
-/// The cameras that are followed: the sensor first.
-std::vector<const TrackStream*> followed(const Recording& r, const TrackJob& job) {
-  std::vector<const TrackStream*> out;
+/// A camera's frames one after another, from given tracks or from pictures.
+struct Feed {
+  std::string name;
+  FrameTiming timing;
+  CameraModel model;
+  std::optional<Mat4> T_body_cam;
+  std::optional<double> pixel_sigma;
+  std::function<std::optional<TrackedFrame>()> read;
+  std::optional<TrackedFrame> next{};
+  void advance() { next = read(); }
+};
+
+Feed feed_of(const TrackStream& t) {
+  return {t.name, t.timing, t.model, t.T_body_cam, t.pixel_sigma, [&t, at = std::size_t{0}]() mutable {
+            if (at == t.size()) return std::optional<TrackedFrame>{};
+            ++at;
+            return std::optional<TrackedFrame>{{t.stamps[at - 1], 0, t.features[at - 1]}};
+          }};
+}
+
+Feed feed_of(const CameraStream& c, const CameraModel& model) {
+  FrameTiming timing = c.timing;
+  timing.rows = model.height;
+  const auto reader = std::make_shared<FeatureTrackReader>(c, model);
+  return {c.name, timing, model, c.T_body_cam, std::nullopt, [reader]() {
+            auto frame = reader->next();
+            if (!frame) return std::optional<TrackedFrame>{};
+            return std::optional<TrackedFrame>{{frame->stamp, frame->exposure_s, std::move(frame->features)}};
+          }};
+}
+
+/// The cameras that are followed, the one to answer for first.
+std::vector<Feed> feeds(const Recording& r, const TrackJob& job) {
+  std::vector<Feed> out;
   for (const TrackStream& t : r.tracks)
-    if (job.sensor.empty() || t.name == job.sensor) out.push_back(&t);
+    if (job.sensor.empty() || t.name == job.sensor) out.push_back(feed_of(t));
+  // One camera's pictures are work enough, and tell the offset as well as two.
+  for (const CameraStream& c : r.cameras) {
+    if (job.sensor.empty() ? !out.empty() : c.name != job.sensor) continue;
+    if (!job.intrinsics.empty())
+      out.push_back(feed_of(c, read_camera_file(job.intrinsics, c.name)));
+    else if (c.model)
+      out.push_back(feed_of(c, *c.model));
+    else
+      throw Error(c.name + " has no intrinsics", r.path, "give them with --intrinsics FILE");
+  }
   if (out.empty())
     throw Error(job.sensor.empty() ? "there is no camera to track" : "no camera is named " + job.sensor, r.path,
                 "look into it with: takt inspect");
@@ -35,21 +84,89 @@ const ImuStream& reference(const Recording& r, const TrackJob& job) {
               "look into it with: takt inspect");
 }
 
-TrackingRig rig_of(const Recording& r, const std::vector<const TrackStream*>& cameras, const ImuStream& imu) {
+TrackingRig rig_of(const std::string& path, const std::vector<Feed>& cameras, const ImuStream& imu) {
   TrackingRig rig;
   rig.imu_name = imu.name;
   rig.imu_noise = imu.noise;
-  for (const TrackStream* t : cameras) {
-    if (!(t->model.fx > 0))
-      throw Error(t->name + " has no intrinsics", r.path, "add them to calib.yaml (docs/formats/inputs.md)");
-    if (!t->T_body_cam)
-      throw Error(t->name + ": how the camera is mounted on the IMU is not known", r.path,
-                  "add T_imu_cam to calib.yaml (docs/formats/inputs.md)");
-    TrackingCamera c{t->name, t->model, t->timing, *t->T_body_cam, t->pixel_sigma};
-    if (imu.T_body_imu) c.T_imu_cam = imu.T_body_imu->inverse() * *t->T_body_cam;
+  for (const Feed& f : cameras) {
+    if (!(f.model.fx > 0))
+      throw Error(f.name + " has no intrinsics", path, "add them to its calibration (docs/formats/inputs.md)");
+    if (!f.T_body_cam)
+      throw Error(f.name + ": how the camera is mounted on the IMU is not known", path,
+                  "add T_BS or T_imu_cam to its calibration (docs/formats/inputs.md)");
+    TrackingCamera c{f.name, f.model, f.timing, *f.T_body_cam, f.pixel_sigma};
+    if (imu.T_body_imu) c.T_imu_cam = imu.T_body_imu->inverse() * *f.T_body_cam;
     rig.cameras.push_back(std::move(c));
   }
   return rig;
+}
+
+/// Hands a recording to the tracker as it would have come live: everything in order of its stamp.
+class Replay {
+ public:
+  Replay(OffsetTracker& tracker, const TrackJob& job, OffsetHistory& history)
+      : tracker_(tracker), job_(job), history_(history) {}
+
+  void run(const ImuStream& imu, std::vector<Feed>& cameras) {
+    for (Feed& f : cameras) f.advance();
+    // Clocks that never met are set side by side.
+    const bool apart = clocks_apart(imu, cameras);
+    for (std::size_t i = 0; i < imu.size(); ++i) {
+      for (std::size_t c = 0; c < cameras.size(); ++c) {
+        const Duration shift = apart ? first_[c] - imu.stamps.front() : Duration{0};
+        while (cameras[c].next && cameras[c].next->stamp - shift <= imu.stamps[i]) give(c, cameras[c]);
+      }
+      tracker_.observe_imu({imu.stamps[i], imu.gyro_rad_s[i], imu.accel_m_s2[i]});
+      tell();
+      if (job_.progress && i % 500 == 0) job_.progress(static_cast<double>(i) / static_cast<double>(imu.size()));
+    }
+    for (std::size_t c = 0; c < cameras.size(); ++c)
+      while (cameras[c].next) give(c, cameras[c]);
+    tracker_.finish();
+    tell();
+  }
+
+ private:
+  bool clocks_apart(const ImuStream& imu, const std::vector<Feed>& cameras) {
+    bool apart = false;
+    for (const Feed& f : cameras) {
+      first_.push_back(f.next ? f.next->stamp : Stamp{});
+      if (f.next && !imu.stamps.empty())
+        apart =
+            apart || f.next->stamp > imu.stamps.back() || f.next->stamp < imu.stamps.front() - std::chrono::seconds(10);
+    }
+    return apart;
+  }
+  void give(std::size_t c, Feed& feed) {
+    tracker_.observe_frame(c, *feed.next);
+    feed.advance();
+    tell();
+  }
+  void tell() {
+    if (tracker_.counts().frames == used_) return;
+    used_ = tracker_.counts().frames;
+    const OffsetNow now = tracker_.estimate(0);
+    history_.observe(now, tracker_.counts());
+    if (job_.on_estimate) job_.on_estimate(now);
+    if (const auto pose = tracker_.pose(); pose && job_.on_pose) job_.on_pose(*pose);
+  }
+
+  OffsetTracker& tracker_;
+  const TrackJob& job_;
+  OffsetHistory& history_;
+  std::vector<Stamp> first_;
+  std::size_t used_ = 0;
+};
+
+/// The answer, with what the other cameras and the whole run say.
+Estimate answer(const OffsetTracker& tracker, const TrackingRig& rig, const OffsetHistory& history,
+                const std::vector<std::string>& notes) {
+  Estimate e = tracker.result(0);
+  e.notes.insert(e.notes.begin(), notes.begin(), notes.end());
+  history.complete(e);
+  if (rig.cameras.size() > 1)
+    for (std::size_t c = 0; c < rig.cameras.size(); ++c) e.estimates.push_back(tracker.result(c));
+  return e;
 }
 
 }  // namespace
@@ -58,33 +175,15 @@ Outcome track(const TrackJob& job) {
   Outcome out;
   const Recording recording = open_recording(job.input, job.open);
   out.files = recording.files;
-  const auto cameras = followed(recording, job);
-  const ImuStream& imu = reference(recording, job);
-  OffsetTracker tracker(rig_of(recording, cameras, imu), job.tracking,
-                        [](const TrackStream& t) { return track_rotation(t); });
-  std::vector<std::size_t> at(cameras.size(), 0);
-  std::size_t used = 0;
-  const auto tell = [&] {
-    if (tracker.counts().frames == used) return;
-    used = tracker.counts().frames;
-    if (job.on_estimate) job.on_estimate(tracker.estimate(0));
-    if (const auto pose = tracker.pose(); pose && job.on_pose) job.on_pose(*pose);
-  };
-  for (std::size_t i = 0; i < imu.size(); ++i) {
-    for (std::size_t c = 0; c < cameras.size(); ++c)
-      while (at[c] < cameras[c]->size() && cameras[c]->stamps[at[c]] <= imu.stamps[i]) {
-        tracker.observe_frame(c, {cameras[c]->stamps[at[c]], 0, cameras[c]->features[at[c]]});
-        ++at[c];
-        tell();
-      }
-    tracker.observe_imu({imu.stamps[i], imu.gyro_rad_s[i], imu.accel_m_s2[i]});
-    tell();
-    if (job.progress && i % 1000 == 0) job.progress(static_cast<double>(i) / static_cast<double>(imu.size()));
-  }
-  tracker.finish();
-  tell();
-  out.estimate = tracker.result(0);
-  out.estimate.notes.insert(out.estimate.notes.begin(), recording.notes.begin(), recording.notes.end());
+  std::vector<Feed> cameras = feeds(recording, job);
+  std::vector<std::string> notes = recording.notes;
+  Tidied imu = tidy(reference(recording, job));
+  for (const std::string& word : imu.words) notes.push_back(fmt::format("{}: {}", imu.imu.name, word));
+  const TrackingRig rig = rig_of(recording.path, cameras, imu.imu);
+  OffsetTracker tracker(rig, job.tracking, [](const TrackStream& t) { return track_rotation(t); });
+  OffsetHistory history;
+  Replay(tracker, job, history).run(imu.imu, cameras);
+  out.estimate = answer(tracker, rig, history, notes);
   return out;
 }
 

@@ -15,6 +15,7 @@ struct TrackJob {
   std::string input;
   std::string sensor, reference;  ///< stream names; empty: all cameras, the first of which is answered; the first IMU
   OpenOptions open;
+  std::string intrinsics;  ///< camera file that overrides the recording's
   TrackingOptions tracking;
   /// Called after every frame of the sensor that changed the answer.
   std::function<void(const OffsetNow&)> on_estimate;

@@ -49,6 +49,7 @@ struct FirstMotion {
     double offset_s = 0, offset_sigma_s = 0;
     double drift = 0;
     double line_delay_s = 0, line_delay_sigma_s = 0;
+    double pixel_sigma = 1;
     double half_readout_s = 0;  ///< 0 for a global shutter
     Extrinsics extrinsics;
   };

@@ -56,6 +56,10 @@ constexpr double longest_imu_hole_s = 0.15;
 constexpr double held_too_long_s = 5, trusted_sigma_s = 1e-3, least_tracked_s = 1;
 /// What an offset that is not watched may do (1/√s·s): a drift of this size, one sigma.
 constexpr double unwatched_drift = 5e-5;
+/// A corner tracker's, until it is measured.
+constexpr double usual_pixel_sigma = 0.5;
+/// Without a first offset by rotation, the motion is sought from the given one; how far it may be wrong.
+constexpr double guess_after_s = 4, guessed_offset_sigma_s = 0.04;
 constexpr double fastest_frames_hz = 25;
 
 struct Waiting {
@@ -71,6 +75,7 @@ struct CameraState {
   std::deque<Waiting> waiting;
   double half_readout_s = 0, to_middle_row_s = 0;
   double last_taken_s = -1e18;
+  double pixel_sigma = 0.5;
   bool offset_found = false;
 };
 
@@ -108,6 +113,7 @@ struct OffsetTracker::State {
         cameras(rig.cameras.size()) {
     for (std::size_t c = 0; c < cameras.size(); ++c) {
       const TrackingCamera& from = rig.cameras[c];
+      cameras[c].pixel_sigma = from.pixel_sigma.value_or(usual_pixel_sigma);
       cameras[c].half_readout_s = 0.5 * std::abs(from.timing.readout_s) + (from.timing.readout_s != 0 ? 1e-3 : 0);
       if (from.timing.row == RowReference::first)
         cameras[c].to_middle_row_s = from.timing.line_delay_s() * 0.5 * (from.model.height - 1);
@@ -148,7 +154,6 @@ struct OffsetTracker::State {
         seconds_since(*camera.epoch, f.stamp) + of.timing.to_exposure_middle_s(exposure_s) + camera.to_middle_row_s;
     if (camera.watch.step_s() > 0 && w.frame.t_s - camera.last_taken_s < 0.6 / fastest_frames_hz) return;
     camera.last_taken_s = w.frame.t_s;
-    if (camera.watch.jitter_s() > 2e-5) w.frame.stamp_sigma_s = camera.watch.jitter_s();
     for (const TrackedFeature& feature : f.features)
       if (const auto z = feature.pixel.allFinite() ? see(of.model, feature.pixel) : std::nullopt)
         w.frame.features.push_back({feature.id, *z});
@@ -187,8 +192,7 @@ struct OffsetTracker::State {
                                  : "the offset is not observable: rate and velocity do not change";
       return;
     }
-    if (!find_offsets()) return;
-    find_motion();
+    if (find_offsets() || guess_offsets()) find_motion();
   }
 
   void learn_from_rest() {
@@ -205,13 +209,25 @@ struct OffsetTracker::State {
     return all;
   }
 
+  /// Slow motion may not let rotation alone stand out; all that is seen together may.
+  bool guess_offsets() {
+    const auto& waiting = cameras.front().waiting;
+    if (waiting.size() < 20 || waiting.back().frame.t_s - waiting.front().frame.t_s < guess_after_s) return false;
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      if (cameras[c].offset_found) continue;
+      known.cameras[c].offset_s = options.initial_offset_s - to_seconds(between(c));
+      known.cameras[c].offset_sigma_s = guessed_offset_sigma_s;
+    }
+    return true;
+  }
+
   /// By rotation, wherever it lies.
   bool find_offset(std::size_t c) {
     CameraState& camera = cameras[c];
     if (camera.waiting.size() < 20) return false;
     const double span = camera.waiting.back().frame.t_s - camera.waiting.front().frame.t_s;
     if (span < 1.5) return false;
-    next_try_s = history.end_s() + std::max(0.3, 0.2 * span);
+    next_try_s = history.end_s() + std::max(0.4, 0.3 * span);
     TrackStream tracks;
     tracks.name = rig.cameras[c].name;
     tracks.timing = rig.cameras[c].timing;
@@ -228,18 +244,10 @@ struct OffsetTracker::State {
       gyro.stamps.push_back(*imu_epoch + from_seconds(t));
       gyro.gyro_rad_s.push_back(r.gyro);
     });
-    AlignmentOptions how;
     // Around the offset that was given: the search is symmetrical about equal stamps, so the gyro is moved there.
     const Duration given = from_seconds(options.initial_offset_s);
     for (Stamp& t : gyro.stamps) t -= given;
-    how.search_s = options.search_s;
-    Estimate found;
-    try {
-      found = align_rotation(turns(tracks), gyro, how);
-    } catch (const std::invalid_argument& e) {
-      why = e.what();
-      return false;
-    }
+    const Estimate found = align_somewhere(turns(tracks), gyro);
     if (!found.answered()) {
       why = "no first offset yet: " + (found.reasons.empty() ? std::string("no reason given") : found.reasons.front());
       return false;
@@ -248,6 +256,25 @@ struct OffsetTracker::State {
     known.cameras[c].offset_sigma_s = std::clamp(3 * *found.sigma_s, 1e-3, 0.02);
     camera.offset_found = true;
     return true;
+  }
+
+  /// Wherever the data overlap; and where a motion that repeats itself leaves that open, near the given offset, where
+  /// most are. A wrong one is found out by the first motion.
+  [[nodiscard]] Estimate align_somewhere(const RotationSignal& turned, const ImuStream& gyro) const {
+    Estimate first;
+    for (const double within_s : {1e9, 0.7, 0.15}) {
+      AlignmentOptions how;
+      how.search_s = std::min(within_s, options.search_s.value_or(1e9));
+      Estimate found;
+      try {
+        found = align_rotation(turned, gyro, how);
+      } catch (const std::invalid_argument& e) {
+        found = Estimate::refusal("ml", e.what());
+      }
+      if (found.answered()) return found;
+      if (first.reasons.empty()) first = std::move(found);
+    }
+    return first;
   }
 
   void find_motion() {
@@ -274,10 +301,11 @@ struct OffsetTracker::State {
     const std::size_t stride = (all.size() + most_window_frames - 1) / most_window_frames;
     for (std::size_t i = 0; i < all.size(); i += stride) frames.push_back(all[i].second);
     std::vector<double> sigmas;
-    for (const TrackingCamera& c : rig.cameras) sigmas.push_back(c.pixel_sigma.value_or(1));
+    for (const CameraState& c : cameras) sigmas.push_back(c.pixel_sigma);
     FoundMotion found = find_first_motion(frames, history, known, sigmas);
     if (!found.motion) {
-      why = "no first motion yet: " + found.why_not;
+      if (std::ranges::all_of(cameras, [](const CameraState& c) { return c.offset_found; }))
+        why = "no first motion yet: " + found.why_not;
       if (++failed_motions % 8 == 0)
         for (CameraState& c : cameras) c.offset_found = false;  // perhaps the offset was wrong
       return;
@@ -285,6 +313,12 @@ struct OffsetTracker::State {
     FirstMotion start = *found.motion;
     start.covariance *= start_loosened * start_loosened;
     for (auto& c : start.cameras) c.offset_sigma_s *= start_loosened;
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      // Where the features' noise is not known, it is what they miss the first motion by.
+      if (!rig.cameras[c].pixel_sigma) cameras[c].pixel_sigma *= std::clamp(found.misfit, 0.2, 3.0);
+      start.cameras[c].pixel_sigma = cameras[c].pixel_sigma;
+      cameras[c].offset_found = true;
+    }
     method->start(start);
     running = true, failed_motions = 0, ++counted.starts;
     t_motion_s = t_started_s = start.t_s;
@@ -330,6 +364,7 @@ struct OffsetTracker::State {
       lose(hole > 1e9 ? "the IMU does not cover the frames" : fmt::format("the IMU has a hole of {:.2f} s", hole));
       return;
     }
+    if (camera.watch.jitter_s() > 2e-5) w.frame.stamp_sigma_s = camera.watch.jitter_s();
     w.frame.observable = excitation.observable();
     w.frame.still = excitation.resting() && camera.rest.resting();
     const FrameReport report = method->observe(w.frame, history);
@@ -421,7 +456,7 @@ struct OffsetTracker::State {
     } else {
       out.state = TrackingState::searching;
       const double since = history.empty() ? 0 : history.end_s() - t_lost_s;
-      sigma = std::hypot(sigma, unwatched_drift * since);
+      sigma = std::max(std::hypot(sigma, unwatched_drift * since), known.cameras[c].offset_sigma_s);
       weak(why + "; the offset is the last one known");
     }
     if (sigma > trusted_sigma_s) weak(fmt::format("little is known: σ is {}", rounded_time_words(sigma)));

@@ -15,7 +15,7 @@ namespace {
 constexpr ImuNoise usual_noise{
     .gyro_density = 5e-4, .gyro_random_walk = 5e-5, .accel_density = 5e-3, .accel_random_walk = 5e-3};
 /// Clones kept for one camera, and for each further one.
-constexpr std::size_t clones_of_first = 12, clones_of_others = 8;
+constexpr std::size_t clones_of_first = 16, clones_of_others = 10;
 constexpr std::size_t fewest_sightings = 3;
 /// How clocks wander besides a constant drift: white phase steps (s/√s) and a drift that walks (1/√s).
 constexpr double offset_walk = 3e-7, drift_walk = 2e-8;
@@ -45,14 +45,13 @@ void Msckf::lay_out_state() {
     out.rows = c.model.height;
     out.rows_to_middle = c.timing.row == RowReference::first ? 0.5 * (c.model.height - 1) : 0;
     out.given_line_delay_s = c.timing.line_delay_s();
-    out.pixel_sigma = c.pixel_sigma.value_or(1);
     out.sigma_known = c.pixel_sigma.has_value();
     out.free_line_delay = options_.line_delay;
     out.at_offset = at++;
     out.at_drift = at++;
     if (out.free_line_delay) out.at_line_delay = at++;
-    if (options_.extrinsics) out.at_extrinsics = at, at += 6;
-    if (options_.intrinsics) out.at_intrinsics = at, at += 4;
+    if (options_.refine_extrinsics) out.at_extrinsics = at, at += 6;
+    if (options_.refine_intrinsics) out.at_intrinsics = at, at += 4;
     cameras_.push_back(out);
   }
   clones_begin_ = at;
@@ -74,6 +73,7 @@ void Msckf::start(const FirstMotion& first) {
     const FirstMotion::Camera& from = first.cameras.at(i);
     c.offset_s = from.offset_s, c.drift = from.drift, c.line_delay_s = from.line_delay_s;
     c.extrinsics = from.extrinsics;
+    c.pixel_sigma = from.pixel_sigma;
     c.intrinsics.setZero();
     P_(c.at_offset, c.at_offset) = from.offset_sigma_s * from.offset_sigma_s;
     const double drift_sigma = 1e-6 * options_.drift_sigma_ppm;
@@ -307,6 +307,8 @@ void Msckf::correct(const Gathered& all, bool hold_offsets) {
   const Eigen::VectorXd weighted = llt.solve(r);
   // ‖r‖² over all rows less what the state explains: χ² of the innovation.
   const double chi2 = squares - r.squaredNorm() + r.dot(weighted);
+  for (Camera& c : cameras_)
+    if (!c.sigma_known) c.pixel_sigma *= 1 + 0.01 * (std::clamp(chi2 / static_cast<double>(all.rows), 0.3, 3.0) - 1);
   misfit_ += 0.05 * (std::clamp(chi2 / static_cast<double>(all.rows), 0.0, 100.0) - misfit_);
 
   const int watched = cameras_.front().at_offset;
