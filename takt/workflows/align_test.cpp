@@ -35,8 +35,8 @@ std::string with_stamps_moved(const TemporaryFolder& folder, Duration by) {
     else
       moved += std::to_string(std::stoll(line.substr(0, comma)) + by.count()) + line.substr(comma) + "\n";
   }
-  folder.file(name + "/mav0/cam0/data.csv", moved);
-  return (to.parent_path()).string();
+  const fs::path written = folder.file(name + "/mav0/cam0/data.csv", moved);
+  return written.parent_path().parent_path().parent_path().string();
 }
 
 Estimate aligned(const std::string& path) {
@@ -77,7 +77,7 @@ void expect_damage_is_survived(const std::string& path) {
   for (const std::string& bytes : damaged) {
     const std::string file = folder.file(name, bytes);
     const std::string said = complaint([&] { (void)open_recording(file); });
-    if (bytes.empty()) EXPECT_FALSE(said.empty()) << name;
+    EXPECT_TRUE(!bytes.empty() || !said.empty()) << name << ": an empty file was read";
   }
 }
 
