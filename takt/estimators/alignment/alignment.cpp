@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::size_t fewest_steps = 20;
 /// Beyond this share of the turn, errors are not noise: the model does not fit.
-constexpr double credible_relative_error = 0.1;
+constexpr double credible_relative_error = 0.05;
 /// Rolling shutters take longer than this for a frame (s).
 constexpr double fastest_readout_s = 3e-3;
 /// Two answers whose readouts differ by more are for different rows (s).
@@ -133,6 +133,7 @@ void add_findings(Estimate& e, const Problem& p, const LikelihoodFit& f, const C
     if (start.log_focal != 0 && p.signal.model)
       e.extras.push_back({"focal_px", p.signal.model->fx * std::exp(start.log_focal), std::nullopt});
   }
+  e.extras.push_back({"log_likelihood", f.log_likelihood, std::nullopt});
   e.extras.push_back({"explained", f.explained, std::nullopt});
   e.extras.push_back({"misfit", f.misfit, std::nullopt});
   e.extras.push_back({"relative_error", f.relative_error, std::nullopt});
@@ -151,11 +152,25 @@ Estimate ml_estimate(const Problem& p, const LikelihoodFit& f, const Coarse& sta
   return e;
 }
 
+/// A fit that ends where the two rotations share little, though the correlation found them to share much, went astray.
+bool went_astray(const LikelihoodFit& fit, const Correlation& c) {
+  const double r = c.peaks.front().r;
+  return !fit.converged || fit.explained < 0.5 * r * r;
+}
+
 /// Bearings know the translation apart from the rotation, and are believed where they fit; where they do not (few
 /// points, a lens that is not known), the apparent rotations are surer.
-bool prefer_bearings(const LikelihoodFit& rotation, const LikelihoodFit& bearings) {
-  if (!bearings.converged || !rotation.converged) return bearings.converged;
+bool prefer_bearings(const LikelihoodFit& rotation, const LikelihoodFit& bearings, const Correlation& c) {
+  if (went_astray(bearings, c) || went_astray(rotation, c)) return !went_astray(bearings, c);
   return bearings.relative_error < credible_relative_error || bearings.relative_error < rotation.relative_error;
+}
+
+/// The readout by which rows are told apart (s): what the recording says, or what the bearings found where they are
+/// believed, or where they leave no doubt that the shutter rolls.
+double believed_readout_s(const FrameTiming& timing, const LikelihoodFit& bearings, bool bearings_win) {
+  if (!bearings.converged) return timing.readout_s;
+  const bool rolls = bearings.readout_s > std::max(fastest_readout_s, significant_sigmas * bearings.readout_sigma_s);
+  return bearings_win || timing.shutter != Shutter::unknown || rolls ? bearings.readout_s : timing.readout_s;
 }
 
 /// A rolling shutter's frame has no single instant. Whoever takes it for one finds the offset of the row that its
@@ -192,6 +207,15 @@ Estimate tdicp_estimate(const Problem& p, const Coarse& start, const Estimate& b
     e.doubt(Verdict::refused, "the orientation curves could not be registered");
   }
   return e;
+}
+
+/// Where no fine fit settled, the correlation's answer is what there is.
+void fall_back(std::vector<Estimate>& all) {
+  Estimate coarse = all.front();
+  coarse.method = "ml";
+  coarse.doubt(Verdict::weak, "the fine alignment did not settle: this is the correlation's answer");
+  for (Estimate& e : all)
+    if (e.method == "ml") e = coarse;
 }
 
 /// The method asked for.
@@ -244,7 +268,7 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
   const bool has_bearings = !problem.pairs.empty();
   const LikelihoodFit by_rotation = fit_fine(problem, start, options, false);
   const LikelihoodFit by_bearings = has_bearings ? fit_fine(problem, start, options, true) : LikelihoodFit{};
-  const bool bearings_win = prefer_bearings(by_rotation, by_bearings);
+  const bool bearings_win = prefer_bearings(by_rotation, by_bearings, coarse);
   const LikelihoodFit& fine = bearings_win ? by_bearings : by_rotation;
 
   std::vector<Estimate> all{correlation_estimate(problem, coarse, base), phase_estimate(problem, phase, start, base),
@@ -253,7 +277,7 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
     const LikelihoodFit& other = bearings_win ? by_rotation : by_bearings;
     Estimate second = ml_estimate(problem, other, start, base, options);
     second.method = bearings_win ? "ml-rotation" : "ml-bearings";
-    const double readout_s = by_bearings.converged ? by_bearings.readout_s : sensor.timing.readout_s;
+    const double readout_s = believed_readout_s(sensor.timing, by_bearings, bearings_win);
     const Estimate* const knows_rows = bearings_win ? &all.back() : &second;
     for (Estimate* e : {&all[0], &all[1], &all[2], &all[3], &second})
       if (e != knows_rows) refer_to_stamped_row(*e, sensor.apparent_row, readout_s, by_bearings.readout_sigma_s);
@@ -266,6 +290,7 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
       if (!e.method.starts_with("ml") && e.answered())
         e.doubt(Verdict::weak, fmt::format("the clocks drift by {:.1f} ± {:.1f} ppm, which this method does not model",
                                            1e6 * fine.drift, 1e6 * fine.drift_sigma));
+  if (went_astray(fine, coarse)) fall_back(all);
   const Estimate& likelihood =
       *std::find_if(all.begin(), all.end(), [](const Estimate& e) { return e.method == "ml"; });
   for (Estimate& e : all)

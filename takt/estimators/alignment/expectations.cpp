@@ -28,55 +28,72 @@ double relative_variance(const std::vector<Linear>& all, double scale, double be
   return std::clamp(*mid, 0.0, 0.25);
 }
 
+namespace {
+
+using Six = Eigen::Matrix<double, 6, 1>;
+using Six6 = Eigen::Matrix<double, 6, 6>;
+using Row = Eigen::Matrix<double, 3, 6>;
+
+struct SeenParallax {
+  Vec3 v;
+  Row by;  ///< mean, and lever
+};
+
+struct ParallaxFit {
+  Six x = Six::Zero();
+  Six6 information = Six6::Zero();
+  Mat3 spread;
+};
+
+/// A heavy-tailed fit (Student t): stops and bursts are part of many recordings.
+ParallaxFit fit_parallax(const std::vector<SeenParallax>& seen, double lever_most) {
+  constexpr double freedom = 3;
+  ParallaxFit fit;
+  Mat3 covariance = Mat3::Identity() * 1e6;
+  for (int pass = 0; pass < 10; ++pass) {
+    const Mat3 inverse = covariance.inverse();
+    Six6 h = Six6::Zero();
+    Six g = Six::Zero();
+    Mat3 squares = Mat3::Zero();
+    for (const SeenParallax& s : seen) {
+      const Vec3 e = s.v - s.by * fit.x;
+      const double w = (freedom + 3) / (freedom + e.dot(inverse * e));
+      h += w * s.by.transpose() * inverse * s.by;
+      g += w * s.by.transpose() * inverse * e;
+      squares += w * e * e.transpose();
+    }
+    h.diagonal().tail<3>().array() += 1 / (lever_most * lever_most);
+    g.tail<3>() -= fit.x.tail<3>() / (lever_most * lever_most);
+    fit.x += h.ldlt().solve(g);
+    fit.information = h;
+    covariance = squares / static_cast<double>(seen.size()) + 1e-14 * Mat3::Identity();
+  }
+  // The spread of a Student t with three degrees of freedom is three times its scale matrix.
+  fit.spread = 3 * covariance;
+  return fit;
+}
+
+}  // namespace
+
 ParallaxExpectation expected_parallax(const std::vector<Linear>& all, double overlap) {
-  using Six = Eigen::Matrix<double, 6, 1>;
-  using Six6 = Eigen::Matrix<double, 6, 6>;
-  using Row = Eigen::Matrix<double, 3, 6>;
-  struct Seen {
-    Vec3 parallax;
-    Row by;  ///< mean and lever
-  };
-  std::vector<Seen> seen;
+  std::vector<SeenParallax> seen;
   for (const Linear& l : all) {
     if (!l.used) continue;
-    Seen s{l.parallax, Row::Zero()};
+    SeenParallax s{l.parallax, Row::Zero()};
     s.by.leftCols<3>().setIdentity();
     s.by.rightCols<3>() = exp_so3(l.predicted).toRotationMatrix() - Mat3::Identity();
     seen.push_back(s);
   }
   ParallaxExpectation out;
   if (seen.size() < 30) return out;
-  Six x = Six::Zero();
-  Six6 h = Six6::Zero();
-  Mat3 covariance = Mat3::Identity() * 1e6;
-  for (int pass = 0; pass < 10; ++pass) {
-    // A heavy-tailed fit (Student t): stops and bursts are part of many recordings.
-    constexpr double freedom = 3;
-    const Mat3 inverse = covariance.inverse();
-    h.setZero();
-    Six g = Six::Zero();
-    Mat3 squares = Mat3::Zero();
-    for (const Seen& s : seen) {
-      const Vec3 e = s.parallax - s.by * x;
-      const double w = (freedom + 3) / (freedom + e.dot(inverse * e));
-      h += w * s.by.transpose() * inverse * s.by;
-      g += w * s.by.transpose() * inverse * e;
-      squares += w * e * e.transpose();
-    }
-    // A recording that hardly turns says nothing of a lever: held to what is near.
-    constexpr double lever_most = 0.3;
-    h.diagonal().tail<3>().array() += 1 / (lever_most * lever_most);
-    g.tail<3>() -= x.tail<3>() / (lever_most * lever_most);
-    x += h.ldlt().solve(g);
-    covariance = squares / static_cast<double>(seen.size()) + 1e-14 * Mat3::Identity();
-  }
-  // The spread of a Student t with three degrees of freedom is three times its scale matrix.
-  const Mat3 spread = 3 * covariance;
-  out.mean = x.head<3>();
-  out.lever = x.tail<3>();
-  out.information = spread.inverse();
+  // The lever is not used to expect a pair's own parallax: over a short recording it would explain what it should not.
+  constexpr double none = 1e-6, lever_most = 0.3;
+  const ParallaxFit plain = fit_parallax(seen, none), levered = fit_parallax(seen, lever_most);
+  out.mean = plain.x.head<3>();
+  out.information = plain.spread.inverse();
+  out.lever = levered.x.tail<3>();
   // Neighbours share their motion, for about twice as long as they run.
-  out.lever_sigma = std::sqrt(2 * overlap * h.inverse().bottomRightCorner<3, 3>().trace() / 3);
+  out.lever_sigma = std::sqrt(2 * overlap * levered.information.inverse().bottomRightCorner<3, 3>().trace() / 3);
   return out;
 }
 

@@ -150,6 +150,23 @@ State limited(State dx, double lobe_s) {
   return shrink * dx;
 }
 
+/// Of the rotation errors as a Student t, by which wild ones count for a little and not for nothing; comparable between
+/// fits to the same pictures.
+double heavy_tailed_likelihood(const std::vector<Linear>& all) {
+  std::vector<double> squares;
+  for (const Linear& l : all)
+    if (l.used) squares.push_back(l.rows.col(unknowns).squaredNorm());
+  if (squares.empty()) return 0;
+  const auto mid = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::nth_element(squares.begin(), mid, squares.end());
+  constexpr double freedom = 3;
+  const double variance = std::max(1e-16, *mid / 2.366);
+  double sum = 0;
+  for (const double s : squares)
+    sum -= 0.5 * (freedom + 3) * std::log1p(s / (freedom * variance)) + 1.5 * std::log(variance);
+  return sum;
+}
+
 /// Share of the sensor's rotation that the prediction explains, and the outliers' share.
 void judge(const std::vector<Linear>& all, double scale, LikelihoodFit& fit) {
   double squares = 0, total = 0, n = 0, outliers = 0;
@@ -285,8 +302,9 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
       model.expect_relative_error(relative);
       all = items.linearise(model, x, stride);
     }
-    scale = residual_scale(all);
-    if (fit.iterations >= 5) errors = measure_correlation(all, scale);
+    // Medians and measured correlations move a little with every step and may go round in circles: kept in the end.
+    if (fit.iterations < 30) scale = residual_scale(all);
+    if (fit.iterations >= 5 && fit.iterations < 30) errors = measure_correlation(all, scale);
     n = accumulate(all, errors, scale);
     if (n.rows < 30) return fit;
     const double s2 = n.squares / std::max(1.0, n.rows - double{unknowns});
@@ -296,7 +314,6 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
     step_by(x, dx);
     const Normal covariance = n.h.inverse() * s2;
     const double sigma = std::sqrt(std::max(0.0, covariance(offset, offset)));
-    // Medians and robust weights move a little with every step, so the last hundredths of a sigma may never rest.
     // The rotation about an axis that the motion does not show may wander for ever: in the end the offset alone counts.
     const bool all_rest = dx.dot(n.h * dx) < 0.2 * s2 || fit.iterations > 24;
     const bool settled = all_rest && std::abs(dx[offset]) < 0.05 * sigma;
@@ -344,6 +361,7 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
   }
 
   judge(all, scale, fit);
+  fit.log_likelihood = heavy_tailed_likelihood(all) / items.overlap();
   keep_residuals(items.all(), all, fit);
   fit.errors = errors;
   fit.misfit = scale;

@@ -48,6 +48,7 @@ struct LikelihoodFit {
   double relative_error = 0;  ///< rms error beyond those claims, as a share of the turn
   double outliers = 0;        ///< share of the steps beyond 4σ
   double inflation = 1;       ///< how much remaining correlation and scatter from window to window widened σ
+  double log_likelihood = 0;  ///< of the rotation errors, up to a constant
   Arma11 errors;
 
   std::vector<double> residual_t_s;  ///< thinned

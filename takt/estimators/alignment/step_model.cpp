@@ -167,10 +167,10 @@ StepModel::Seen StepModel::see(const Item& item, const Prediction& predicted, co
   return seen;
 }
 
-TwoViewOptions StepModel::two_view(const Quat& turn) const {
+TwoViewOptions StepModel::two_view() const {
   TwoViewOptions options;
   options.measure_nearness = true;
-  options.parallax_mean = parallax_.of(turn);
+  options.parallax_mean = parallax_.mean;
   options.parallax_information = parallax_.information;
   return options;
 }
@@ -184,7 +184,7 @@ std::optional<MatchWeights> StepModel::settle(const Item& item, const Parameters
   std::optional<MatchWeights> weights;
   for (int pass = 0; pass < 4; ++pass) {
     const Seen seen = see(item, *predicted, turn, x, readout_s);
-    const TwoViewOptions expected = two_view(turn);
+    const TwoViewOptions expected = two_view();
     weights = weigh_matches(seen.pairs, turn, expected);
     if (!weights) return std::nullopt;
     TwoViewNormals n = two_view_normals(seen.pairs, turn, *weights, seen.extra(), expected);
@@ -206,7 +206,7 @@ std::optional<MatchWeights> StepModel::settle(const Item& item, const Parameters
 bool StepModel::compare_bearings(const Item& item, const Prediction& predicted, const Parameters& x,
                                  const MatchWeights* settled, Linear& out, Mat3& information) const {
   const Seen seen = see(item, predicted, predicted.turn, x, x.readout_s);
-  const TwoViewOptions expected = two_view(predicted.turn);
+  const TwoViewOptions expected = two_view();
   const auto fresh = settled ? std::nullopt : weigh_matches(seen.pairs, predicted.turn, expected);
   if (!settled && !fresh) return false;
   const TwoViewNormals normals =

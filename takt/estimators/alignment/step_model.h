@@ -44,15 +44,14 @@ struct Linear {
   double readout_gradient = 0;
 };
 
-/// What a recording as a whole says of the parallax of its pairs (rad): v = mean + (R_from_to − I)·lever, scattered. A
-/// car moves forward, a hand turns about a wrist, a camera on a tripod does nothing of either.
+/// What a recording as a whole says of the parallax of its pairs (rad). A car moves forward, a hand turns about a
+/// wrist, a camera on a tripod does nothing of either.
 struct ParallaxExpectation {
   Vec3 mean = Vec3::Zero();
-  Vec3 lever = Vec3::Zero();  ///< from where it turns about to the camera, in its frame, times mean inverse depth
+  Mat3 information = Mat3::Zero();  ///< inverse covariance of the scatter about it
+  /// From where it turns about to the camera, in its frame, times mean inverse depth: v = (R_from_to − I)·lever + rest.
+  Vec3 lever = Vec3::Zero();
   double lever_sigma = 0;
-  Mat3 information = Mat3::Zero();  ///< inverse covariance of the scatter
-
-  [[nodiscard]] Vec3 of(const Quat& R_from_to) const { return mean + R_from_to * lever - lever; }
 };
 
 class StepModel {
@@ -91,7 +90,7 @@ class StepModel {
   [[nodiscard]] std::optional<Prediction> predict(const Item& item, const Parameters& x) const;
   [[nodiscard]] Seen see(const Item& item, const Prediction& predicted, const Quat& turn, const Parameters& x,
                          double readout_s) const;
-  [[nodiscard]] TwoViewOptions two_view(const Quat& turn) const;
+  [[nodiscard]] TwoViewOptions two_view() const;
   bool compare_bearings(const Item& item, const Prediction& predicted, const Parameters& x, const MatchWeights* settled,
                         Linear& out, Mat3& information) const;
 
