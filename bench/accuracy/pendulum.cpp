@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pendulum's estimators against truth and against the Cramér–Rao bound.
-//   accuracy_pendulum [RUNS]     runs a rig, 300 unless told; every run has its own seed, and the runs of a rig go
+//   accuracy_pendulum [RUNS [SEED]]     runs a rig, 300 unless told; every run has its own seed, and the runs of a rig
+//   go
 //                                round the twelve settings of filter and output rate
 // Last figures: bench/accuracy/pendulum.txt
 #include "takt/estimators/pendulum/pendulum.h"
@@ -59,7 +60,7 @@ int main(int argc, char** argv) {
       runs, 100 / std::sqrt(2.0 * runs), 100 * std::sqrt(0.95 * 0.05 / runs));
   std::printf("%-9s %5s | %7s %7s %7s %7s %9s %8s | %7s %7s | %8s %7s | %8s\n", "rig", "n", "spline", "std", "bound",
               "std/bnd", "mean z^2", "95% int", "damped", "std", "extrema", "std", "ms/run");
-  std::uint64_t seed = 0;
+  std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 0;
   for (const std::string name : {"ordinary", "viscous", "bearing", "drag", "small", "tilted"}) {
     Errors spline, damped, extrema;
     double bound = 0, time_s = 0;
