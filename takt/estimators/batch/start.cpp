@@ -104,11 +104,12 @@ Start find_start(const CameraSession& camera, const ImuSession& imu) {
     return out;
   }
   const double widest = std::numeric_limits<double>::infinity();
-  const alignment::Correlation c = alignment::correlate(problem, -widest, widest);
+  const alignment::RateGrids grids = alignment::rate_grids(problem);
+  const alignment::Correlation c = alignment::correlate(problem, grids, -widest, widest);
   if (!c.curve_r.empty()) out.curve = alignment::correlation_panel(problem, c);
   out.refusal = no_start(alignment::measure_excitation(problem), c, to_seconds(problem.between_epochs()));
   if (!out.refusal.empty()) return out;
-  const alignment::Coarse coarse = alignment::follow_drift(problem, c);
+  const alignment::Coarse coarse = alignment::follow_drift(problem, grids, c);
   // From the epochs of the alignment's problem to ours.
   const double shift = to_seconds(problem.sensor_epoch - camera.epoch);
   out.offset_s = coarse.offset_s - shift + to_seconds(problem.reference_epoch - imu.epoch);

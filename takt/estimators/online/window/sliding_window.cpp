@@ -66,8 +66,8 @@ void SlidingWindow::lay_out() {
     c.sigma_known = from.pixel_sigma.has_value();
     c.free_line_delay = options_.line_delay;
     if (c.free_line_delay) c.at_line_delay = border_++;
-    if (options_.extrinsics) c.at_extrinsics = border_, border_ += 6;
-    if (options_.intrinsics) c.at_intrinsics = border_, border_ += 4;
+    if (options_.refine_extrinsics) c.at_extrinsics = border_, border_ += 6;
+    if (options_.refine_intrinsics) c.at_intrinsics = border_, border_ += 4;
     cameras_.push_back(c);
   }
   tracks_.resize(cameras_.size());
