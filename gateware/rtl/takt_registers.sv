@@ -55,13 +55,17 @@ module takt_registers #(
     valid1_q      <= valid_i & rst_ni;
   end
 
-  logic write, writable;
-  assign writable = (|is_trigger_q) | is_enable_q | is_invert_q | is_gnss_q | is_run_q;
-  assign write    = valid1_q & known_q & (operation_i == takt_pkg::OpWrite);
+  // The address came several bytes before the command is complete: there is time for one more step.
+  logic write, writable_q, is_write_q;
+  always_ff @(posedge clk_i) begin
+    writable_q <= (|is_trigger_q) | is_enable_q | is_invert_q | is_gnss_q | is_run_q;
+    is_write_q <= known_q && operation_i == takt_pkg::OpWrite;
+  end
+  assign write = valid1_q & is_write_q;
 
   logic [31:0] read_q;
   always_ff @(posedge clk_i) begin
-    if (write & writable) memory[address_i[5:0]] <= value_i;
+    if (write & writable_q) memory[address_i[5:0]] <= value_i;
     read_q <= memory[address_i[5:0]];
   end
 
@@ -110,8 +114,8 @@ module takt_registers #(
     status_o = takt_pkg::StatusOk;
     if (!known_q) status_o = takt_pkg::StatusUnknown;
     else if (is_exchange) status_o = late_i ? takt_pkg::StatusLate : takt_pkg::StatusOk;
-    else if (!writable && !is_constant_q) status_o = takt_pkg::StatusNoRegister;
-    else if (operation_i == takt_pkg::OpWrite && !writable) status_o = takt_pkg::StatusReadOnly;
+    else if (!writable_q && !is_constant_q) status_o = takt_pkg::StatusNoRegister;
+    else if (operation_i == takt_pkg::OpWrite && !writable_q) status_o = takt_pkg::StatusReadOnly;
     // Run is read from the flip-flops: a trigger may have been stopped since it was written.
     payload_o = read_q;
     if (is_run_q) payload_o[Triggers-1:0] = run_q;
