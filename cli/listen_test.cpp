@@ -27,7 +27,7 @@ class Device {
   explicit Device(std::string name) : name_(std::move(name)) { plug(); }
   ~Device() { unplug(); }
   void plug() {
-    master_ = posix_openpt(O_RDWR | O_NOCTTY);
+    master_ = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);  // else the child would hold the line itself
     ASSERT_GE(master_, 0);
     grantpt(master_);
     unlockpt(master_);
@@ -52,7 +52,7 @@ class Listening {
  public:
   explicit Listening(const std::string& device) {
     std::array<int, 2> out{};
-    EXPECT_EQ(pipe(out.data()), 0);
+    EXPECT_EQ(pipe2(out.data(), O_CLOEXEC), 0);
     pid_ = fork();
     if (pid_ == 0) {
       dup2(out[1], 1);
@@ -68,8 +68,8 @@ class Listening {
     close(out_);
   }
   /// Reads until the text is there, or ten seconds are over.
-  bool hears(const std::string& text) {
-    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  bool hears(const std::string& text, int seconds = 10) {
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(seconds);
     while (text_.find(text) == std::string::npos && std::chrono::steady_clock::now() < until) {
       pollfd waiting{out_, POLLIN, 0};
       if (poll(&waiting, 1, 100) <= 0) continue;
@@ -103,7 +103,8 @@ TEST(Listen, IsUnpluggedPluggedInAndStopped) {
   const TemporaryFolder folder;
   Device device(folder.path() + "/ttyDEVICE");
   Listening takt(folder.path() + "/ttyDEVICE");
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  // The command needs a moment to start; what is said before it listens may be lost.
+  for (int tries = 0; tries < 10 && !takt.hears(R"("event":"hello")", 1); ++tries) device.say("event,hello,1\n");
   for (int i = 0; i < 12; ++i) device.say(second(i));
   device.say("event,imu0,17500000\n");
   EXPECT_TRUE(takt.hears(R"("event":"imu0")"));

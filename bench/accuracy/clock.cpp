@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_accuracy_clock [hours]: a 1PPS on a 48 MHz counter, predicted 0.5 s ahead; rms in ns, mean removed.
+// accuracy_clock [hours]: a 1PPS on a 48 MHz counter, predicted 0.5 s ahead; rms in ns, mean removed.
 #include <fmt/core.h>
 
 #include <cmath>

@@ -65,6 +65,13 @@ TEST(GnssLog, NonsenseDatesAreNoLabels) {
   EXPECT_TRUE(read(nav_pvt({2017, 13, 1, 0, 0, 0}, 0, 0, 7)).labels.empty());
 }
 
+TEST(GnssLog, AWeekBeyondAllTimeIsNoLabel) {
+  const LabelStream log =
+      read(tim_tp(1000, 0, 0, 60000, 0) + nav_timegps(1000, 0, 40000, 18, 7) + tim_tm2(0xcc, 1, 50000, 1, 1));
+  EXPECT_TRUE(log.labels.empty());
+  EXPECT_TRUE(log.events.empty());
+}
+
 TEST(GnssLog, UbxMessagesOfTime) {
   // 2023-06-28 14:52:11 UTC is GPS week 2268, time of week 312749 s.
   const LabelStream log = read(nav_pvt({2023, 6, 28, 14, 52, 11}, 312749000, -250, 7) +

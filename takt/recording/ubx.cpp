@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr std::int64_t week_s = 604800;
+constexpr unsigned most_weeks = 14000;  // beyond, ns since 1980 do not fit; no receiver means it
 
 struct Name {
   std::uint8_t message_class, id;
@@ -86,7 +87,7 @@ void read_timegps(ByteCursor at, TimeLabel label, LabelStream& out) {
   const std::uint16_t week = f.u16();
   const int leap_s = f.i8();
   const unsigned valid = at.u8();
-  if (!at.good()) return;
+  if (!at.good() || week > most_weeks) return;
   label.scale = LabelScale::gps;
   label.time_ns = tow_ns(week, itow_ms, sub_ns);
   label.valid = (valid & 3U) == 3U;
@@ -149,7 +150,7 @@ void read_tp(ByteCursor at, TimeLabel label, LabelStream& out) {
   const std::uint16_t week = f.u16();
   const unsigned flags = at.u8();
   at.u8();  // which GNSS or UTC standard
-  if (!at.good()) return;
+  if (!at.good() || week > most_weeks) return;
   label.scale = flags & 1U ? LabelScale::utc : LabelScale::gps;
   label.time_ns = tow_ns(week, tow_ms, std::llround(sub_ms * 1e6));
   if (label.scale == LabelScale::utc) {
@@ -171,7 +172,7 @@ void read_tm2(ByteCursor at, LabelStream& out) {
   const std::uint16_t week_rising = f.u16(), week_falling = f.u16();
   const std::uint32_t rising_ms = at.u32(), rising_sub = at.u32(), falling_ms = at.u32(), falling_sub = at.u32();
   event.accuracy_s = 1e-9 * at.u32();
-  if (!at.good()) return;
+  if (!at.good() || week_rising > most_weeks || week_falling > most_weeks) return;
   const unsigned base = flags >> 3 & 3U;
   event.scale = base == 2 ? LabelScale::utc : LabelScale::gps;
   const std::int64_t epoch = base == 2 ? gps_epoch_utc_s * second_ns : 0;

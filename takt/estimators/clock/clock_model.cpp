@@ -102,7 +102,8 @@ double rough_frequency(std::span<const PhaseSample> samples) {
   std::vector<double> slopes;
   for (std::size_t i = lag; i < std::min<std::size_t>(samples.size(), 64 + lag); ++i) {
     const double dt = samples[i].t_s - samples[i - lag].t_s;
-    if (dt > 0) slopes.push_back((samples[i].phase_s - samples[i - lag].phase_s) / dt);
+    if (dt > 0 && std::isfinite(samples[i].phase_s - samples[i - lag].phase_s))
+      slopes.push_back((samples[i].phase_s - samples[i - lag].phase_s) / dt);
   }
   if (slopes.empty()) return 0;
   const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);

@@ -99,7 +99,11 @@ ClockNoise fit_noise(std::span<const PhaseSample> samples, double quantum_s, std
   const double least_white_s2 = std::max(quantum_s * quantum_s / 12 * 0.25, 1e-24);
   ClockNoise fallback;
   fallback.white_phase_s2 = std::max(quantum_s * quantum_s / 6, 1e-16);
-  if (samples.size() < 16) return fallback;
+  // So few samples say no more than how they scatter, and that roughly.
+  if (samples.size() < 16) {
+    fallback.white_phase_s2 = std::max(fallback.white_phase_s2, 2 * second_difference_var(samples, 1) / 6);
+    return fallback;
+  }
   const std::span<const PhaseSample> all = samples.subspan(samples.size() - std::min(most, samples.size()));
   const std::span<const PhaseSample> part = all.subspan(all.size() - std::min<std::size_t>(1024, all.size()));
 

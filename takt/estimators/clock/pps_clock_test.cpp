@@ -122,6 +122,27 @@ TEST(PpsClock, LabelsWithoutArrivalAreAmbiguous) {
   EXPECT_EQ(against(discipline(r.pulses, logs, told).estimate, r.truth).wrong_seconds, 0);
 }
 
+/// Every label late by more than a second: only the ends of the log can show it.
+TEST(PpsClock, LabelsLateByASecondAreNotBelieved) {
+  ClockParameters p;
+  p.label_delay_s = 1.2;
+  const ClockRecording r = simulate_clock(p, 1);
+  PulseStream pulses = r.pulses;
+  pulses.pulses.pop_back();  // the log ends with a label for each pulse
+  EXPECT_EQ(discipline(pulses, logs_of(r, true, false)).estimate.verdict, Verdict::refused);
+}
+
+TEST(PpsClock, EveryFifthPulseMissingIsNoHindrance) {
+  ClockRecording r = scenario("normal", 1);
+  std::vector<Pulse> kept;
+  for (std::size_t i = 0; i < r.pulses.size(); ++i)
+    if (i % 5 != 2) kept.push_back(r.pulses.pulses[i]);
+  r.pulses.pulses = kept;
+  const Estimate e = discipline(r.pulses, logs_of(r, true, true)).estimate;
+  ASSERT_EQ(e.verdict, Verdict::trusted);
+  EXPECT_LT(against(e, r.truth).nees, 3);
+}
+
 TEST(PpsClock, QErrIsAppliedWithTheSignThatHelps) {
   const ClockRecording r = scenario("normal", 1);
   const std::vector<LabelStream> logs = logs_of(r, false, true);

@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr std::int64_t rollover_s = 1024LL * 604800;
-constexpr double one_voice = 0.9;  // share of labels that must agree
+constexpr double one_voice = 0.95;      // share of labels that must agree
+constexpr double most_in_guard = 0.03;  // share of labels near a pulse: more, and all of them may be late by a second
 constexpr std::size_t least_votes = 3;
 constexpr const char* own_file = "the pulses' own file";
 constexpr std::int64_t table_ends_utc_s =
@@ -67,6 +68,7 @@ struct Vote {
   std::int64_t utc_s;
   bool by_table;
   std::string source;
+  bool names_next = false;
 };
 
 /// Midnight UTC at the end of a month: only there UTC may leap.
@@ -154,7 +156,21 @@ std::string said_by(const std::vector<Vote>& votes, std::int64_t c) {
   return out;
 }
 
-void decide(std::vector<Vote> votes, SegmentLabels& s, LabelledTrain& out) {
+/// Labels that are late by whole seconds every time look like labels in time, but for the ends: the first pulses have
+/// no label, and just as many labels at the end have no pulse. A label that names the pulse to come rules that out.
+std::optional<std::int64_t> late_by(const std::vector<Vote>& votes, std::int64_t agreed, std::int64_t last_second) {
+  std::optional<std::int64_t> first, last;
+  for (const Vote& v : votes) {
+    if (v.gps_minus_count != agreed) continue;
+    if (v.names_next || v.source == own_file) return std::nullopt;
+    first = std::min(first.value_or(v.count), v.count);
+    last = std::max(last.value_or(v.count), v.count);
+  }
+  if (first && *first >= 1 && *first <= 3 && *last - last_second == *first) return first;
+  return std::nullopt;
+}
+
+void decide(std::vector<Vote> votes, std::int64_t last_second, SegmentLabels& s, LabelledTrain& out) {
   std::stable_sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) { return a.count < b.count; });
   if (undo_rollover(votes))
     out.words.push_back("the receiver's week number rolled over: its dates are brought forward by 1024 weeks");
@@ -184,7 +200,8 @@ void decide(std::vector<Vote> votes, SegmentLabels& s, LabelledTrain& out) {
                             least_votes);
     return;
   }
-  if (share < one_voice) {
+  const bool near_pulses = static_cast<double>(s.in_guard) > most_in_guard * static_cast<double>(s.votes + s.in_guard);
+  if (share < one_voice || near_pulses) {
     std::string others;
     for (const auto& [c, n] : tally)
       if (c != best->first && others.size() < 120)
@@ -200,6 +217,12 @@ void decide(std::vector<Vote> votes, SegmentLabels& s, LabelledTrain& out) {
                                                [&](const Vote& v) { return v.gps_minus_count != best->first; })) {
     s.why_not = fmt::format("the labels step by {:+} s at the end, and nothing says which are right",
                             votes.back().gps_minus_count - best->first);
+    return;
+  }
+  if (const auto late = late_by(votes, best->first, last_second)) {
+    s.why_not =
+        fmt::format("the first {0} no label and the last label{1} no pulse, as if every label were late by {2} s",
+                    *late == 1 ? "pulse has" : "pulses have", *late == 1 ? " has" : "s have", *late);
     return;
   }
   s.known = true;
@@ -316,7 +339,7 @@ LabelledTrain label_train(const PulseTrain& train, const PulseStream& pulses, co
         continue;
       }
       const auto count = static_cast<std::int64_t>(n) + (l.names_next ? 1 : 0);
-      votes[*segment].push_back({g.second - count, count, g.utc_s, g.by_table, l.source});
+      votes[*segment].push_back({g.second - count, count, g.utc_s, g.by_table, l.source, l.names_next});
     }
   }
   const std::size_t before = std::accumulate(votes.begin(), votes.end(), std::size_t{0},
@@ -334,7 +357,7 @@ LabelledTrain label_train(const PulseTrain& train, const PulseStream& pulses, co
   if (blind && options.same_start)
     for (const LabelStream& labels : logs) vote_by_order(train, labels, votes, out);
   for (std::size_t k = 0; k < votes.size(); ++k) {
-    decide(std::move(votes[k]), out.segments[k], out);
+    decide(std::move(votes[k]), train.segments[k].pulses.back().second, out.segments[k], out);
     if (!out.segments[k].known && blind && !options.same_start && out.segments[k].votes == 0)
       out.segments[k].why_not =
           "the labels have no arrival times, so nothing says which pulse they name; log arrivals, or give --same-start "
