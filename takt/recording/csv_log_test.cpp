@@ -221,5 +221,15 @@ TEST(CsvLog, AnHourIsReadInUnderASecond) {
 #endif
 }
 
+TEST(CsvLog, BetaflightCountsItsAxes) {
+  const Recording r = read_csv_log(
+      "loopIteration,time (us),axisP[0],axisP[1],axisP[2],gyroADC[0] (deg/s),gyroADC[1] (deg/s),gyroADC[2] (deg/s),"
+      "motor[0]\n1,1000000,0,0,0,180,0,90,7\n2,1000500,0,0,0,180,0,90,7\n",
+      "LOG00001.01.csv", {});
+  ASSERT_EQ(r.imus.size(), 1u);
+  EXPECT_EQ(to_ns(r.imus[0].stamps.at(1)), 1'000'500'000);
+  EXPECT_NEAR(r.imus[0].gyro_rad_s.at(0).z(), 1.5707963, 1e-6);
+}
+
 }  // namespace
 }  // namespace takt

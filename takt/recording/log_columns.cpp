@@ -15,9 +15,13 @@ namespace {
 
 const char* const expected = "takt reads t,wx,wy,wz[,ax,ay,az] or t,angle; name the columns so in the first line";
 
-/// A column's name without its unit: "w_RS_S_x [rad s^-1]" -> "w_rs_s_x", "GyroX (deg/s)" -> "gyrox".
+/// A column's name without its unit: "w_RS_S_x [rad s^-1]" -> "w_rs_s_x", "GyroX (deg/s)" -> "gyrox"; Betaflight counts
+/// its axes: "gyroADC[1]" -> "gyroadc_y".
 std::string plain_name(const std::string& name) {
   std::string out;
+  if (const std::size_t at = name.find('['); at != std::string::npos && at + 2 < name.size() && name[at + 2] == ']' &&
+                                             name[at + 1] >= '0' && name[at + 1] <= '2')
+    return plain_name(name.substr(0, at) + "_" + static_cast<char>('x' + (name[at + 1] - '0')));
   for (const char c : name.substr(0, name.find_first_of("[(")))
     out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   while (!out.empty() && out.back() == ' ') out.pop_back();
@@ -46,7 +50,9 @@ Kind kind_of(const std::string& prefix) {
   };
   if (prefix == "w" || prefix == "g" || has({"gyr", "omega", "angular", "w_rs", "rate", "rotation"})) return Kind::gyro;
   if (prefix == "a" || has({"acc", "alpha", "linear", "a_rs"})) return Kind::accel;
-  if (has({"mag", "pos", "vel", "quat", "grav", "bias", "gps", "lat", "lon", "alt", "orient"})) return Kind::other;
+  if (has({"mag", "pos", "vel", "quat", "grav", "bias", "gps", "lat", "lon", "alt", "orient", "axis", "setpoint",
+           "command", "motor", "debug"}))
+    return Kind::other;
   return prefix.size() == 1 ? Kind::other : Kind::bare;
 }
 

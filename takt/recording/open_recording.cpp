@@ -11,6 +11,7 @@
 #include "takt/recording/cut.h"
 #include "takt/recording/frame_folder.h"
 #include "takt/recording/gateware.h"
+#include "takt/recording/gcsv.h"
 #include "takt/recording/gopro.h"
 #include "takt/recording/mcap.h"
 #include "takt/recording/ros1_bag.h"
@@ -38,6 +39,7 @@ const std::vector<Format>& formats() {
       {"rosbag2 database", looks_like_db3, read_db3, restamp_db3},
       {"compressed rosbag2 file", looks_like_zstd_bag, read_zstd_bag, restamp_zstd_bag},
       {"gateware capture", looks_like_gateware, read_gateware},
+      {"gyroflow log", looks_like_gcsv, read_gcsv},
       {"CSV log", looks_like_csv_log, read_csv_log, restamp_csv_log},
   };
   return table;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "takt/error.h"
+#include "takt/streams/stream_name.h"
 
 namespace takt {
 
@@ -33,6 +34,13 @@ std::vector<StreamRef> all_streams(const Recording& r) {
 const StreamRef& named(const Recording& r, const std::vector<StreamRef>& streams, const std::string& name) {
   for (const StreamRef& s : streams)
     if (s.name() == name) return s;
+  const StreamRef* found = nullptr;
+  for (const StreamRef& s : streams) {
+    if (!name_matches(name, s.name())) continue;
+    if (found) fail(r, fmt::format("more than one stream matches {}", name), "name one of them");
+    found = &s;
+  }
+  if (found) return *found;
   fail(r, fmt::format("no stream is named {}", name), "name one of them with --sensor or --reference");
 }
 
