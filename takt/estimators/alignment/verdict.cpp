@@ -123,6 +123,8 @@ void confront(Estimate& simpler, const Estimate& likelihood) {
   if (std::abs(apart) > 3 * allowed)
     simpler.doubt(Verdict::weak, fmt::format("the maximum likelihood is {:.3f} ms away, {:.1f} times the uncertainty",
                                              1e3 * apart, std::abs(apart) / allowed));
+  // What it says differently from one who knows more is its own error.
+  *simpler.sigma_s = std::hypot(*simpler.sigma_s, std::max(0.0, std::abs(apart) - *likelihood.sigma_s));
 }
 
 }  // namespace takt::alignment
