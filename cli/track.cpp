@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 
 #include <cstdio>
+#include <iostream>
 #include <memory>
 
 #include "cli/interrupt.h"
@@ -47,14 +48,13 @@ int run_track(TrackJob job, bool stream, const std::string& trajectory, const Co
     };
   const auto bar = std::make_shared<ProgressBar>(common, "of the recording");
   job.progress = [bar](double fraction) { (*bar)(fraction); };
-  const Outcome outcome = track(job);
+  const Outcome outcome = job.input == "-" ? track_live(job, std::cin) : track(job);
   Estimate e = outcome.estimate;
   e.provenance = make_provenance(common.command, outcome.files, common.seed);
   if (!common.quiet)
     for (const std::string& note : e.notes) fmt::print(stderr, "takt: {}\n", note);
   if (!trajectory.empty()) write_file(trajectory, poses);
   if (!stream) return hand_over(e, common);
-  Common quietly = common;
   if (!common.output.empty()) write_result(e, common.output);
   return exit_status(e);
 }
@@ -70,6 +70,7 @@ void add_track(CLI::App& app, Common& common, Action& action) {
       ->required();
   verb.add_option("--sensor", job->sensor, "camera to answer for (default: the first)");
   verb.add_option("--reference", job->reference, "IMU whose clock is right (default: the first)");
+  verb.add_option("--rig", job->rig, "calib.yaml of a live stream")->type_name("FILE");
   verb.add_option("--intrinsics", job->intrinsics, "camera file: ASL sensor.yaml or Kalibr camchain");
   add_options(verb, job->tracking);
   verb.get_option("--method")->check(CLI::IsMember(tracking_methods()));

@@ -166,4 +166,26 @@ Recording read_tracks_folder(const std::string& path, const OpenOptions&) {
   return recording;
 }
 
+Recording read_rig(std::string_view calib_yaml, const std::string& where) {
+  Recording rig;
+  rig.path = where;
+  const YamlFields calib(calib_yaml, where);
+  ImuStream imu;
+  imu.name = "imu0";
+  imu.clock = shared_clock;
+  imu.noise = imu_noise(calib, imu.name);
+  imu.T_body_imu = Mat4::Identity();
+  rig.imus.push_back(std::move(imu));
+  for (int n = 0; n < 16; ++n) {
+    TrackStream tracks;
+    tracks.name = fmt::format("cam{}", n);
+    tracks.clock = shared_clock;
+    if (!calib.has(tracks.name)) continue;
+    read_calibration(calib, tracks, rig.notes);
+    rig.tracks.push_back(std::move(tracks));
+  }
+  if (rig.tracks.empty()) throw Error("has no section cam0", where, "see docs/formats/stream.md");
+  return rig;
+}
+
 }  // namespace takt

@@ -17,4 +17,7 @@ namespace takt {
 [[nodiscard]] TrackStream read_tracks(std::string_view tracks_csv, std::string_view calib_yaml, const std::string& name,
                                       const std::string& folder, std::vector<std::string>& notes);
 
+/// A rig without its data: cameras and the IMU's noise as `calib.yaml` (from memory) has them, every stream empty.
+[[nodiscard]] Recording read_rig(std::string_view calib_yaml, const std::string& where);
+
 }  // namespace takt

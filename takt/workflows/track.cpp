@@ -5,13 +5,18 @@
 
 #include <algorithm>
 #include <chrono>
+#include <istream>
 #include <memory>
 #include <optional>
 #include <utility>
+#include <variant>
 
 #include "takt/error.h"
 #include "takt/recording/camera_file.h"
+#include "takt/recording/files.h"
+#include "takt/recording/live_lines.h"
 #include "takt/recording/open_recording.h"
+#include "takt/recording/tracks_folder.h"
 #include "takt/signals/feature_tracks.h"
 #include "takt/signals/track_rotation.h"
 #include "takt/streams/audit.h"
@@ -158,6 +163,38 @@ class Replay {
   std::size_t used_ = 0;
 };
 
+/// Lines of a pipe as they come. Lines that say nothing are left out and counted.
+std::vector<std::string> listen(std::istream& in, const TrackingRig& rig, OffsetTracker& tracker, const TrackJob& job,
+                                OffsetHistory& history) {
+  std::size_t lines = 0, broken = 0, used = 0;
+  std::string line, why, first_why;
+  while (std::getline(in, line)) {
+    ++lines;
+    if (line.empty()) continue;
+    const auto sample = read_live_line(line, why);
+    const auto* frame = sample ? std::get_if<LiveFrame>(&*sample) : nullptr;
+    if (!sample) {
+      if (broken++ == 0) first_why = fmt::format("line {} {}", lines, why);
+    } else if (const auto* imu = std::get_if<LiveImuSample>(&*sample)) {
+      if (imu->imu == rig.imu_name) tracker.observe_imu({imu->stamp, imu->gyro_rad_s, imu->accel_m_s2});
+    } else {
+      for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+        if (rig.cameras[c].name == frame->camera)
+          tracker.observe_frame(c, {frame->stamp, frame->exposure_s, frame->features});
+    }
+    if (tracker.counts().frames == used) continue;
+    used = tracker.counts().frames;
+    history.observe(tracker.estimate(0), tracker.counts());
+    if (job.on_estimate) job.on_estimate(tracker.estimate(0));
+    if (const auto pose = tracker.pose(); pose && job.on_pose) job.on_pose(*pose);
+  }
+  tracker.finish();
+  if (broken > 0 && broken == lines)
+    throw Error("no line is a sample: " + first_why, "stdin", "see docs/formats/stream.md");
+  if (broken == 0) return {};
+  return {fmt::format("{} of {} lines were left out: {}", broken, lines, first_why)};
+}
+
 /// The answer, with what the other cameras and the whole run say.
 Estimate answer(const OffsetTracker& tracker, const TrackingRig& rig, const OffsetHistory& history,
                 const std::vector<std::string>& notes) {
@@ -170,6 +207,26 @@ Estimate answer(const OffsetTracker& tracker, const TrackingRig& rig, const Offs
 }
 
 }  // namespace
+
+Outcome track_live(const TrackJob& job, std::istream& in) {
+  if (job.rig.empty())
+    throw Error("a live stream needs its rig", "stdin", "give the calibration with --rig calib.yaml");
+  Outcome out;
+  out.files = {job.rig};
+  const Recording described = read_rig(read_file(job.rig), job.rig);
+  std::vector<Feed> cameras;
+  for (const TrackStream& t : described.tracks)
+    if (job.sensor.empty() || t.name == job.sensor) cameras.push_back(feed_of(t));
+  if (cameras.empty()) throw Error("has no camera " + job.sensor, job.rig, "name one of its sections");
+  TrackingRig rig = rig_of(job.rig, cameras, described.imus.front());
+  if (!job.reference.empty()) rig.imu_name = job.reference;
+  OffsetTracker tracker(rig, job.tracking, [](const TrackStream& t) { return track_rotation(t); });
+  OffsetHistory history;
+  std::vector<std::string> notes = described.notes;
+  for (std::string& note : listen(in, rig, tracker, job, history)) notes.push_back(std::move(note));
+  out.estimate = answer(tracker, rig, history, notes);
+  return out;
+}
 
 Outcome track(const TrackJob& job) {
   Outcome out;

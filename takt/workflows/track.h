@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <functional>
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ namespace takt {
 struct TrackJob {
   std::string input;
   std::string sensor, reference;  ///< stream names; empty: all cameras, the first of which is answered; the first IMU
+  std::string rig;                ///< calib.yaml that describes a live stream
   OpenOptions open;
   std::string intrinsics;  ///< camera file that overrides the recording's
   TrackingOptions tracking;
@@ -26,5 +28,7 @@ struct TrackJob {
 
 /// The last answer; its pieces follow the offset where one line does not.
 [[nodiscard]] Outcome track(const TrackJob& job);
+/// The same from a pipe's lines (docs/formats/stream.md) until it ends.
+[[nodiscard]] Outcome track_live(const TrackJob& job, std::istream& in);
 
 }  // namespace takt

@@ -15,6 +15,8 @@ constexpr std::size_t late = 10;
 /// Below these the motion says less of the offset than errors of the model do.
 constexpr double least_rate_change = 0.012, least_force_change = 0.15;
 constexpr double resting_gyro = 0.006, resting_rate = 0.08, resting_accel = 0.06;
+/// Turning faster than this, gravity alone changes the specific force: then only its length counts.
+constexpr double gravity_turns = 0.02;
 constexpr double axis_memory_s = 30;
 constexpr double second_axis_share = 0.01, second_axis_rate = 0.03;
 
@@ -48,6 +50,13 @@ void Excitation::close(const Bin& bin) {
   rate_change_ = above(spread(0, &Bin::gyro, mean), noise_.gyro_density);
   const Vec3 rate_mean = mean;
   force_change_ = above(spread(0, &Bin::accel, mean), noise_.accel_density);
+  if (rate_mean.norm() > gravity_turns) {
+    double sum = 0, squares = 0;
+    const auto n = static_cast<double>(bins_.size());
+    for (const Bin& b : bins_) sum += b.accel.norm();
+    for (const Bin& b : bins_) squares += std::pow(b.accel.norm() - sum / n, 2);
+    force_change_ = above(squares / n, noise_.accel_density);
+  }
   const std::size_t from = bins_.size() > late ? bins_.size() - late : 0;
   gyro_spread_late_ = above(spread(from, &Bin::gyro, mean), noise_.gyro_density);
   rate_late_ = mean.norm();

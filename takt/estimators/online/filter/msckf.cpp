@@ -21,6 +21,8 @@ constexpr std::size_t fewest_sightings = 3;
 constexpr double offset_walk = 3e-7, drift_walk = 2e-8;
 constexpr double extrinsic_turn_sigma = 5e-3, extrinsic_shift_sigma = 5e-3;
 constexpr double intrinsics_sigma_px = 5;
+/// A followed corner's error persists from picture to picture, which its scatter does not show.
+constexpr double measured_widened = 1.5;
 constexpr double still_speed_sigma = 0.01;
 /// Odds at the start that a camera's clock is the IMU's own, so that nothing drifts.
 constexpr double no_drift_odds = 1;
@@ -73,7 +75,7 @@ void Msckf::start(const FirstMotion& first) {
     const FirstMotion::Camera& from = first.cameras.at(i);
     c.offset_s = from.offset_s, c.drift = from.drift, c.line_delay_s = from.line_delay_s;
     c.extrinsics = from.extrinsics;
-    c.pixel_sigma = from.pixel_sigma;
+    c.pixel_sigma = from.pixel_sigma * (c.sigma_known ? 1 : measured_widened);
     c.intrinsics.setZero();
     P_(c.at_offset, c.at_offset) = from.offset_sigma_s * from.offset_sigma_s;
     const double drift_sigma = 1e-6 * options_.drift_sigma_ppm;
@@ -307,9 +309,11 @@ void Msckf::correct(const Gathered& all, bool hold_offsets) {
   const Eigen::VectorXd weighted = llt.solve(r);
   // ‖r‖² over all rows less what the state explains: χ² of the innovation.
   const double chi2 = squares - r.squaredNorm() + r.dot(weighted);
+  const double share = std::clamp(chi2 / static_cast<double>(all.rows), 0.0, 100.0);
   for (Camera& c : cameras_)
-    if (!c.sigma_known) c.pixel_sigma *= 1 + 0.01 * (std::clamp(chi2 / static_cast<double>(all.rows), 0.3, 3.0) - 1);
-  misfit_ += 0.05 * (std::clamp(chi2 / static_cast<double>(all.rows), 0.0, 100.0) - misfit_);
+    if (!c.sigma_known)
+      c.pixel_sigma *= 1 + 0.01 * (std::clamp(share * measured_widened * measured_widened, 0.3, 3.0) - 1);
+  misfit_ += 0.05 * (share - misfit_);
 
   const int watched = cameras_.front().at_offset;
   const double variance_before = P_(watched, watched);

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/estimators/online/offset_tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "takt/signals/track_rotation.h"
+#include "takt/simulation/handheld.h"
+
+namespace takt {
+namespace {
+
+HandheldOptions options(const char* motion, double duration_s, std::uint64_t seed) {
+  HandheldOptions o;
+  o.seed = seed;
+  o.duration_s = duration_s;
+  o.motion = find_motion(motion);
+  o.footage = Footage::tracks;
+  o.tracking.pixel_noise_px = 1;
+  return o;
+}
+
+OffsetTracker tracker_for(const Recording& r, const TrackingOptions& how = {}) {
+  TrackingRig rig;
+  rig.imu_name = r.imus.front().name;
+  rig.imu_noise = r.imus.front().noise;
+  for (const TrackStream& t : r.tracks)
+    rig.cameras.push_back({t.name, t.model, t.timing, *t.T_body_cam, t.pixel_sigma});
+  return OffsetTracker(rig, how, [](const TrackStream& t) { return track_rotation(t); });
+}
+
+/// Everything in order of its stamp; `spoil` may change samples on the way.
+template <class Each>
+void feed(OffsetTracker& tracker, const Recording& r, const Each& each) {
+  const ImuStream& imu = r.imus.front();
+  std::vector<std::size_t> at(r.tracks.size(), 0);
+  for (std::size_t i = 0; i < imu.size(); ++i) {
+    for (std::size_t c = 0; c < r.tracks.size(); ++c)
+      for (; at[c] < r.tracks[c].size() && r.tracks[c].stamps[at[c]] <= imu.stamps[i]; ++at[c]) {
+        tracker.observe_frame(c, {r.tracks[c].stamps[at[c]], 0, r.tracks[c].features[at[c]]});
+        each();
+      }
+    tracker.observe_imu({imu.stamps[i], imu.gyro_rad_s[i], imu.accel_m_s2[i]});
+  }
+  tracker.finish();
+}
+void feed(OffsetTracker& tracker, const Recording& r) {
+  feed(tracker, r, [] {});
+}
+
+double error_s(const Estimate& e, const SimulatedRecording& made) {
+  return to_seconds(*e.offset - made.truth.clock_map().offset_at(as<SensorClock>(e.epoch)));
+}
+
+TEST(OffsetTracker, FindsTheOffsetFromNothing) {
+  const SimulatedRecording made = simulate_handheld(options("handheld", 10, 11));
+  OffsetTracker tracker = tracker_for(made.recording);
+  feed(tracker, made.recording);
+  const Estimate e = tracker.result();
+  ASSERT_TRUE(e.answered());
+  EXPECT_EQ(e.verdict, Verdict::trusted);
+  EXPECT_LT(*e.sigma_s, 1.5e-4);
+  EXPECT_LT(std::abs(error_s(e, made)), 4 * *e.sigma_s);
+}
+
+TEST(OffsetTracker, IsTheSameEachTime) {
+  const SimulatedRecording made = simulate_handheld(options("handheld", 5, 12));
+  OffsetTracker first = tracker_for(made.recording), second = tracker_for(made.recording);
+  feed(first, made.recording);
+  feed(second, made.recording);
+  ASSERT_TRUE(first.result().answered());
+  EXPECT_EQ(first.result().offset, second.result().offset);
+  EXPECT_EQ(first.result().sigma_s, second.result().sigma_s);
+}
+
+TEST(OffsetTracker, ComesFromHalfASecondAway) {
+  for (const double offset_s : {0.5, -0.5}) {
+    HandheldOptions o = options("handheld", 7, 13);
+    o.offset_s = offset_s;
+    const SimulatedRecording made = simulate_handheld(o);
+    OffsetTracker tracker = tracker_for(made.recording);
+    feed(tracker, made.recording);
+    const Estimate e = tracker.result();
+    ASSERT_TRUE(e.answered());
+    EXPECT_LT(std::abs(error_s(e, made)), 4 * *e.sigma_s);
+  }
+}
+
+TEST(OffsetTracker, EachCameraHasItsOwn) {
+  HandheldOptions o = options("handheld", 7, 14);
+  o.stereo = true, o.stereo_offset_s = 0.004;
+  const SimulatedRecording made = simulate_handheld(o);
+  OffsetTracker tracker = tracker_for(made.recording);
+  feed(tracker, made.recording);
+  const Estimate left = tracker.result(0), right = tracker.result(1);
+  ASSERT_TRUE(left.answered() && right.answered());
+  const double sigma = std::hypot(*left.sigma_s, *right.sigma_s);
+  EXPECT_NEAR(to_seconds(*right.offset - *left.offset), 0.004, 4 * sigma);
+  EXPECT_LT(sigma, 5e-4);
+}
+
+TEST(OffsetTracker, RefusesWhatDoesNotTell) {
+  for (const char* motion : {"still", "constant_velocity", "constant_rate"}) {
+    const SimulatedRecording made = simulate_handheld(options(motion, 6, 15));
+    OffsetTracker tracker = tracker_for(made.recording);
+    feed(tracker, made.recording);
+    const Estimate e = tracker.result();
+    EXPECT_EQ(e.verdict, Verdict::refused) << motion;
+    ASSERT_FALSE(e.reasons.empty());
+    EXPECT_NE(e.reasons.front().find("not observable"), std::string::npos) << e.reasons.front();
+  }
+}
+
+TEST(OffsetTracker, HoldsWhatItKnowsWhileStanding) {
+  // Stands from 9 s to 15 s.
+  const SimulatedRecording made = simulate_handheld(options("stops", 14.9, 16));
+  OffsetTracker tracker = tracker_for(made.recording);
+  std::optional<double> held, sigma;
+  feed(tracker, made.recording, [&] {
+    const OffsetNow now = tracker.estimate();
+    if (now.state != TrackingState::holding || !now.offset) return;
+    if (!held) held = to_seconds(*now.offset), sigma = *now.sigma_s;
+    EXPECT_NEAR(to_seconds(*now.offset), *held, 5e-4);
+    EXPECT_GE(*now.sigma_s, 0.98 * *sigma);
+    EXPECT_NE(now.reasons.front().find("not been observable"), std::string::npos);
+  });
+  ASSERT_TRUE(held);
+  EXPECT_EQ(tracker.estimate().state, TrackingState::holding);
+  EXPECT_LT(std::abs(error_s(tracker.result(), made)), 4 * *tracker.result().sigma_s);
+}
+
+TEST(OffsetTracker, FollowsAStep) {
+  HandheldOptions o = options("handheld", 24, 17);
+  o.step_s = 0.005, o.step_at_s = 12;
+  const SimulatedRecording made = simulate_handheld(o);
+  OffsetTracker tracker = tracker_for(made.recording);
+  feed(tracker, made.recording);
+  const Estimate e = tracker.result();
+  ASSERT_TRUE(e.answered());
+  EXPECT_EQ(tracker.counts().steps, 1u);
+  EXPECT_LT(std::abs(error_s(e, made)), 2e-4);
+}
+
+TEST(OffsetTracker, BadDataAreLeftOutAndSaid) {
+  const SimulatedRecording made = simulate_handheld(options("handheld", 5, 18));
+  OffsetTracker tracker = tracker_for(made.recording);
+  const ImuSample bad{made.recording.imus[0].stamps[20], Vec3::Constant(std::numeric_limits<double>::quiet_NaN()),
+                      Vec3::Zero()};
+  std::size_t frames = 0;
+  feed(tracker, made.recording, [&] {
+    tracker.observe_imu(bad);
+    const TrackStream& t = made.recording.tracks[0];
+    if (++frames % 3 == 0) tracker.observe_frame(0, {t.stamps[0], 0, t.features[0]});
+    tracker.observe_frame(0, {t.stamps[frames - 1], 0, {{1, Vec2(NAN, 3)}, {1, Vec2(1e300, -1e300)}}});
+  });
+  const Estimate e = tracker.result();
+  ASSERT_TRUE(e.answered());
+  EXPECT_LT(std::abs(error_s(e, made)), 4 * *e.sigma_s);
+  std::string notes;
+  for (const std::string& n : e.notes) notes += n + "\n";
+  EXPECT_NE(notes.find("not finite"), std::string::npos) << notes;
+  EXPECT_NE(notes.find("twice"), std::string::npos) << notes;
+}
+
+TEST(OffsetTracker, NamesABrokenContract) {
+  EXPECT_THROW(OffsetTracker({}, {}, {}), std::invalid_argument);
+  const SimulatedRecording made = simulate_handheld(options("handheld", 1, 1));
+  TrackingOptions how;
+  how.method = "guess";
+  EXPECT_THROW(tracker_for(made.recording, how), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace takt
