@@ -121,7 +121,8 @@ ArrowSystem::Solution ArrowSystem::solve(double damping) const {
   Eigen::MatrixXd schur = corner_;
   schur.diagonal() *= 1 + damping;
   const Eigen::VectorXd before = schur.diagonal();
-  schur.noalias() -= s.half_edge_.transpose() * s.half_edge_;
+  schur.selfadjointView<Eigen::Lower>().rankUpdate(s.half_edge_.transpose(), -1);
+  schur = Eigen::MatrixXd(schur.selfadjointView<Eigen::Lower>());
   // Scaled to a unit diagonal of C, so that a pivot at rounding level means: the band can do all that this variable
   // does.
   const Eigen::VectorXd scale = before.cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();

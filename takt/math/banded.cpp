@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace takt {
 
@@ -46,6 +47,9 @@ double BandedMatrix::quadratic_form(int first, const Eigen::Ref<const Eigen::Vec
 }
 
 namespace {
+/// So many right-hand sides are solved together.
+constexpr Eigen::Index fewest_side_by_side = 8;
+
 void require_rows(const Eigen::MatrixXd& b, int n) {
   if (b.rows() != n)
     throw std::invalid_argument("BandedCholesky: " + std::to_string(b.rows()) + " rows for a system of " +
@@ -74,6 +78,28 @@ BandedCholesky::BandedCholesky(BandedMatrix a) : l_(std::move(a)) {
 Eigen::MatrixXd BandedCholesky::half_solve(Eigen::MatrixXd b) const {
   const int n = l_.size(), w = l_.bandwidth();
   require_rows(b, n);
+  if (b.cols() >= fewest_side_by_side) {  // row by row, all columns at once: long stretches of memory instead of short
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    RowMajor x = b;
+    // Columns that begin further down are left out until they do.
+    Eigen::Index used = 0;
+    std::vector<int> begins(static_cast<std::size_t>(b.cols()), n);
+    for (Eigen::Index k = 0; k < b.cols(); ++k)
+      for (int j = 0; j < n && begins[static_cast<std::size_t>(k)] == n; ++j)
+        if (b(j, k) != 0) begins[static_cast<std::size_t>(k)] = j;
+    for (int j = 0; j < n; ++j) {
+      while (used < b.cols() && begins[static_cast<std::size_t>(used)] <= j) ++used;
+      Eigen::Index reach = used;
+      for (Eigen::Index k = used; k < b.cols(); ++k)
+        if (begins[static_cast<std::size_t>(k)] <= j) reach = k + 1;
+      if (reach == 0) continue;
+      auto row = x.row(j).head(reach);
+      row /= l_(j, j);
+      const int below = std::min(w, n - 1 - j);
+      for (int i = 1; i <= below; ++i) x.row(j + i).head(reach) -= l_(j + i, j) * row;
+    }
+    return x;
+  }
   for (Eigen::Index k = 0; k < b.cols(); ++k) {
     auto x = b.col(k);
     for (int j = 0; j < n; ++j) {

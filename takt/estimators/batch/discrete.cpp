@@ -17,6 +17,7 @@ constexpr int tasks = 8;
 constexpr int most_iterations = 25;
 /// Steps this small against what is known are the end.
 constexpr double settled = 5e-3;
+constexpr double small_change = 0.02, large_change = 0.3;
 /// A frame whose pose is further off than this chi² (6 degrees of freedom) is not of this motion; nor is one this many
 /// times as far off as half of the frames are: stamps that jitter bring chi² of one degree of freedom, and are kept.
 constexpr double stranger_chi2 = 200, stranger_ratio = 60;
@@ -60,7 +61,13 @@ class Discrete {
         lay_out();
         continue;
       }
-      if (!measure_noise(groups)) break;
+      // A little more or less noise leaves the answer where it is; much more asks for another look.
+      const double changed = measure_noise(groups);
+      if (changed < small_change) break;
+      if (changed < large_change) {
+        if (!settle(groups)) return std::move(fit_);
+        break;
+      }
     }
     finish(groups);
     return std::move(fit_);
@@ -345,18 +352,18 @@ class Discrete {
   }
 
   /// Each sort's noise from its own residuals and the degrees of freedom that the fit left it:
-  /// tr(H⁻¹·H_group) = ∂ log det H / ∂ log weight. True where something changed by enough to fit again.
-  bool measure_noise(const Groups& groups) {
+  /// tr(H⁻¹·H_group) = ∂ log det H / ∂ log weight. Returns the largest relative change.
+  double measure_noise(const Groups& groups) {
     constexpr double nudge = 1e-3;
     Groups sums;
     const ArrowSystem::Solution at = normal_equations(groups, sums).solve();
-    if (!at.ok()) return false;
+    if (!at.ok()) return 0;
     double taken[3];
     for (const int g : {Groups::camera, Groups::rotation}) {
       Groups nudged = groups, ignored;
       nudged.weight[g] *= 1 + nudge;
       const ArrowSystem::Solution moved = normal_equations(nudged, ignored).solve();
-      if (!moved.ok()) return false;
+      if (!moved.ok()) return 0;
       taken[g] = (moved.log_determinant() - at.log_determinant()) / std::log1p(nudge);
     }
     const int unknowns = state_size * frames() + fit_.layout.size;
@@ -370,7 +377,9 @@ class Discrete {
     fit_.noise.corner_px *= factor[Groups::camera];
     fit_.noise.gyro_density *= factor[Groups::rotation];
     fit_.noise.accel_density *= factor[Groups::translation];
-    return std::ranges::any_of(factor, [](double f) { return std::abs(f - 1) > 0.03; });
+    double largest = 0;
+    for (const double f : factor) largest = std::max(largest, std::abs(f - 1));
+    return largest;
   }
 
   /// What time shift along the rows the corners' residuals ask for: none where the shutter is global.

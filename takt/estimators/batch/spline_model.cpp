@@ -14,6 +14,7 @@ namespace {
 constexpr int most_iterations = 20, most_rounds = 8;
 /// Steps this small against what is known are the end.
 constexpr double settled = 5e-3;
+constexpr double small_change = 0.02, large_change = 0.3;
 /// Where stamps jitter and that is not modelled yet, the large residuals slow Gauss–Newton down: no reason to wait.
 constexpr double roughly_settled = 0.3;
 constexpr int rough_iterations = 4;
@@ -555,19 +556,20 @@ bool SplineModel::iterate(double enough, int most) {
   return false;
 }
 
-bool SplineModel::measure_noise() {
+/// Returns the largest relative change.
+double SplineModel::measure_noise() {
   constexpr double nudge = 1e-3;
   Sums sums;
   const Weights w = weights();
   const ArrowSystem::Solution at = normal_equations(w, layout_, sums).solve();
-  if (!at.ok()) return false;
+  if (!at.ok()) return 0;
   double taken[3];
   for (const int g : {corner_group, gyro_group}) {
     Weights nudged = w;
     (g == corner_group ? nudged.corner : nudged.gyro) *= 1 + nudge;
     Sums ignored;
     const ArrowSystem::Solution moved = normal_equations(nudged, layout_, ignored).solve();
-    if (!moved.ok()) return false;
+    if (!moved.ok()) return 0;
     taken[g] = (moved.log_determinant() - at.log_determinant()) / std::log1p(nudge);
   }
   taken[accel_group] = band_size() + layout_.size - taken[corner_group] - taken[gyro_group];
@@ -581,10 +583,9 @@ bool SplineModel::measure_noise() {
   noise_.corner_px = sigma[corner_group];
   noise_.gyro_density = sigma[gyro_group] * root;
   noise_.accel_density = sigma[accel_group] * root;
-  const auto changed = [](double a, double b) { return std::abs(a / b - 1) > 0.03; };
-  if (before.jitter_s > 0 && changed(noise_.jitter_s, before.jitter_s)) return true;
-  return changed(noise_.corner_px, before.corner_px) || changed(noise_.gyro_density, before.gyro_density) ||
-         changed(noise_.accel_density, before.accel_density);
+  const auto changed = [](double now, double then) { return then > 0 ? std::abs(now / then - 1) : 0; };
+  return std::max({changed(noise_.corner_px, before.corner_px), changed(noise_.gyro_density, before.gyro_density),
+                   changed(noise_.accel_density, before.accel_density), changed(noise_.jitter_s, before.jitter_s)});
 }
 
 bool SplineModel::solve() {
@@ -594,7 +595,9 @@ bool SplineModel::solve() {
   for (int round = 0; round < most_rounds; ++round) {
     if (!settle()) return false;
     if (noise_.jitter_s == 0 && round > 0 && find_jitter()) continue;
-    if (!measure_noise()) return true;
+    const double changed = measure_noise();
+    if (changed < small_change) return true;
+    if (changed < large_change && noise_.jitter_s == 0 && !find_jitter()) return settle();
   }
   return true;
 }

@@ -117,7 +117,7 @@ class SplineModel {
   void add_samples(const Span& samples, const Weights& w, const BorderLayout& layout, ArrowSystem& system,
                    Sums& sums) const;
   void add_stiffness(ArrowSystem& system) const;
-  bool measure_noise();
+  double measure_noise();
   void move(const Eigen::VectorXd& step);
   /// Until steps are below `enough` sigmas; after fewer than the usual most, however far they still are.
   [[nodiscard]] bool iterate(double enough, int most);
