@@ -18,6 +18,7 @@ const std::vector<AddVerb> all_verbs{
     add_align,
     add_pendulum,
     add_dial,
+    add_target,
     add_simulate,
     add_experiment,
     add_report,

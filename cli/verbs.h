@@ -28,6 +28,7 @@ using AddVerb = void (*)(CLI::App& app, Common& common, Action& action);
 void add_align(CLI::App& app, Common& common, Action& action);
 void add_inspect(CLI::App& app, Common& common, Action& action);
 void add_dial(CLI::App& app, Common& common, Action& action);
+void add_target(CLI::App& app, Common& common, Action& action);
 void add_pendulum(CLI::App& app, Common& common, Action& action);
 void add_simulate(CLI::App& app, Common& common, Action& action);
 void add_experiment(CLI::App& app, Common& common, Action& action);

@@ -9,6 +9,7 @@
 #include "takt/recording/cut.h"
 #include "takt/recording/frame_folder.h"
 #include "takt/recording/gopro.h"
+#include "takt/recording/kalibr_folder.h"
 #include "takt/recording/ros1_bag.h"
 #include "takt/recording/tracks_folder.h"
 #include "takt/recording/video_reader.h"
@@ -22,7 +23,9 @@ const std::vector<Format>& formats() {
       {"ASL folder", looks_like_asl, read_asl},
       {"tracks folder", looks_like_tracks_folder, read_tracks_folder},
       {"frame folder", looks_like_frame_folder, read_frame_folder},
+      {"Kalibr folder", looks_like_kalibr_folder, read_kalibr_folder},
       {"video with log", is_video_with_log, read_video_with_log},
+      {"picture folder", looks_like_picture_folder, read_picture_folder},
       {"GoPro video", is_gopro, read_gopro},
       {"video", is_video, read_video},
       {"ROS 1 bag", looks_like_ros1_bag, read_ros1_bag},
