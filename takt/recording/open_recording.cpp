@@ -14,6 +14,7 @@
 #include "takt/recording/gcsv.h"
 #include "takt/recording/gopro.h"
 #include "takt/recording/mcap.h"
+#include "takt/recording/kalibr_folder.h"
 #include "takt/recording/ros1_bag.h"
 #include "takt/recording/ros1_restamp.h"
 #include "takt/recording/rosbag2.h"
@@ -31,7 +32,9 @@ const std::vector<Format>& formats() {
       {"tracks folder", looks_like_tracks_folder, read_tracks_folder, restamp_tracks_folder},
       {"rosbag2 folder", looks_like_rosbag2_folder, read_rosbag2_folder, restamp_rosbag2_folder},
       {"frame folder", looks_like_frame_folder, read_frame_folder},
+      {"Kalibr folder", looks_like_kalibr_folder, read_kalibr_folder},
       {"video with log", is_video_with_log, read_video_with_log},
+      {"picture folder", looks_like_picture_folder, read_picture_folder},
       {"GoPro video", is_gopro, read_gopro},
       {"video", is_video, read_video},
       {"ROS 1 bag", looks_like_ros1_bag, read_ros1_bag, restamp_ros1_bag},

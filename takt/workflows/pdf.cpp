@@ -25,6 +25,23 @@ void Pdf::rectangle(double x, double y, double width, double height) {
   last(pages_) += fmt::format("{:.4f} {:.4f} {:.4f} {:.4f} re f\n", pt(x), pt(y), pt(width), pt(height));
 }
 
+void Pdf::boxes(const std::vector<Box>& all, bool black) {
+  std::string path = black ? "0 g\n" : "1 g\n";
+  for (const Box& b : all)
+    path += fmt::format("{:.4f} {:.4f} {:.4f} {:.4f} re\n", pt(b.x), pt(b.y), pt(b.width), pt(b.height));
+  last(pages_) += path + "f\n0 g\n";
+}
+
+void Pdf::disc(double x, double y, double radius) {
+  // Four Bezier curves: within 3 parts in 10000 of a circle.
+  const double k = 0.5522847498 * radius;
+  const auto p = [](double px, double py) { return fmt::format("{:.4f} {:.4f} ", pt(px), pt(py)); };
+  last(pages_) += p(x + radius, y) + "m\n" + p(x + radius, y + k) + p(x + k, y + radius) + p(x, y + radius) + "c\n" +
+                  p(x - k, y + radius) + p(x - radius, y + k) + p(x - radius, y) + "c\n" + p(x - radius, y - k) +
+                  p(x - k, y - radius) + p(x, y - radius) + "c\n" + p(x + k, y - radius) + p(x + radius, y - k) +
+                  p(x + radius, y) + "c f\n";
+}
+
 void Pdf::line(double x1, double y1, double x2, double y2, double thickness) {
   last(pages_) +=
       fmt::format("{:.4f} w {:.4f} {:.4f} m {:.4f} {:.4f} l S\n", pt(thickness), pt(x1), pt(y1), pt(x2), pt(y2));
