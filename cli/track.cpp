@@ -14,10 +14,20 @@
 #include "cli/output.h"
 #include "cli/progress.h"
 #include "takt/workflows/provenance.h"
+#include "takt/workflows/report.h"
 
 namespace takt::cli {
 
 namespace {
+
+std::string in_quotes(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  }
+  return out;
+}
 
 /// One line a frame: {"t_ns", "offset_s", "sigma_s", "verdict"}, and why where it is not trusted.
 std::string stream_line(const OffsetNow& now) {
@@ -27,14 +37,16 @@ std::string stream_line(const OffsetNow& now) {
   else
     line += ",\"offset_s\":null,\"sigma_s\":null";
   line += fmt::format(",\"verdict\":\"{}\",\"state\":\"{}\"", to_string(now.verdict), to_string(now.state));
-  if (!now.reasons.empty()) line += fmt::format(",\"reason\":\"{}\"", now.reasons.front());
+  if (!now.reasons.empty()) line += fmt::format(",\"reason\":\"{}\"", in_quotes(now.reasons.front()));
   return line + "}\n";
 }
 
 int run_track(TrackJob job, bool stream, const std::string& trajectory, const Common& common) {
   std::string poses;
+  bool said = false;
   if (stream)
-    job.on_estimate = [](const OffsetNow& now) {
+    job.on_estimate = [&said](const OffsetNow& now) {
+      said = true;
       std::fputs(stream_line(now).c_str(), stdout);
       std::fflush(stdout);
     };
@@ -55,7 +67,9 @@ int run_track(TrackJob job, bool stream, const std::string& trajectory, const Co
     for (const std::string& note : e.notes) fmt::print(stderr, "takt: {}\n", note);
   if (!trajectory.empty()) write_file(trajectory, poses);
   if (!stream) return hand_over(e, common);
+  if (!said) std::fputs(stream_line({e.epoch, e.offset, e.sigma_s, 0, 0, {}, e.verdict, e.reasons}).c_str(), stdout);
   if (!common.output.empty()) write_result(e, common.output);
+  if (!common.report.empty()) write_file(common.report, report_page({e}, {}));
   return exit_status(e);
 }
 

@@ -85,6 +85,10 @@ HandheldOptions to_options(const HandheldParameters& p) {
   o.motion = find_motion(p.motion);
   if (p.turn_rms_rad_s) o.motion.turn_calm_rad_s = o.motion.turn_lively_rad_s = *p.turn_rms_rad_s;
   if (p.speed_rms_m_s) o.motion.speed_calm_m_s = o.motion.speed_lively_m_s = *p.speed_rms_m_s;
+  if (p.go_s) o.motion.go_s = *p.go_s;
+  if (p.stop_s) o.motion.stop_s = *p.stop_s;
+  if (o.motion.stop_s > 0 && !(o.motion.go_s > 0))
+    throw_bad_value("stop_s", parameter_text(o.motion.stop_s), "needs a go_s: how long it moves in between");
   o.offset_s = p.offset_s;
   o.drift = 1e-6 * p.drift_ppm;
   o.step_s = p.step_s;

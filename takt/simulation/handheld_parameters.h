@@ -13,6 +13,7 @@ struct HandheldParameters {
   std::string motion = "handheld";
   double duration_s = HandheldOptions{}.duration_s;
   std::optional<double> turn_rms_rad_s, speed_rms_m_s;
+  std::optional<double> go_s, stop_s;
   double offset_s = HandheldOptions{}.offset_s;
   double drift_ppm = 0;
   double step_s = 0, step_at_s = 30;
@@ -57,6 +58,8 @@ void describe(HandheldParameters& p, Visitor& v) {
   v("duration_s", p.duration_s, "length of the recording");
   v("turn_rms_rad_s", p.turn_rms_rad_s, "rms angular rate; the motion's own when left out");
   v("speed_rms_m_s", p.speed_rms_m_s, "rms speed; the motion's own when left out");
+  v("go_s", p.go_s, "how long it moves before it stops; the motion's own when left out");
+  v("stop_s", p.stop_s, "how long it then stands; 0: it never stops");
   v("offset_s", p.offset_s, "clocks: reference - sensor in the middle of the recording");
   v("drift_ppm", p.drift_ppm, "clocks: how much faster the reference runs");
   v("step_s", p.step_s, "by which the offset jumps once");

@@ -57,8 +57,8 @@ TEST_P(Motions, TurnAndMoveAsMuchAsTheirRowSays) {
   const double lively = std::hypot(m.turn_lively_rad_s, m.constant_rate_rad_s);
   EXPECT_GE(turn, 0.9 * calm);
   EXPECT_LE(turn, 1.1 * lively);
-  EXPECT_GE(speed, 0.9 * m.speed_calm_m_s);
-  EXPECT_LE(speed, 1.1 * m.speed_lively_m_s);
+  EXPECT_GE(speed, 0.9 * std::hypot(m.speed_calm_m_s, m.constant_speed_m_s));
+  EXPECT_LE(speed, 1.1 * std::hypot(m.speed_lively_m_s, m.constant_speed_m_s));
 }
 
 TEST(Motion, ASingleAxisStaysOne) {

@@ -31,7 +31,7 @@ void OffsetHistory::observe(const OffsetNow& now, const OffsetTracker::Counts& c
   spacing_s_ *= 2;
 }
 
-void OffsetHistory::complete(Estimate& e) const {
+void OffsetHistory::complete(Estimate& e, const std::optional<Estimate>& truth) const {
   if (said_.empty() || !e.answered()) return;
   Panel panel{
       .name = "offset",
@@ -45,6 +45,12 @@ void OffsetHistory::complete(Estimate& e) const {
     panel.x.values.push_back(seconds_since(said_.front().stamp, s.stamp));
     panel.y[0].values.push_back(1e3 * to_seconds(s.offset));
     panel.y[0].sigma.push_back(3e3 * s.sigma_s);
+  }
+  if (truth && truth->answered()) {
+    Series known{"truth", "ms", {}, {}};
+    for (const Said& s : said_)
+      known.values.push_back(1e3 * to_seconds(truth->clock_map().offset_at(as<SensorClock>(s.stamp))));
+    panel.y.push_back(std::move(known));
   }
   // From the end of each stretch back: what is known last is known best.
   std::vector<OffsetPiece> pieces;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "takt/estimators/online/offset_tracker.h"
@@ -12,7 +13,8 @@ class OffsetHistory {
   void observe(const OffsetNow& now, const OffsetTracker::Counts& counts);
   /// Adds the course of the offset to an answer: as evidence, and as pieces where one straight line does not hold all
   /// of it (steps, a drift that changes).
-  void complete(Estimate& e) const;
+  /// `truth`, where it is known, is drawn beside.
+  void complete(Estimate& e, const std::optional<Estimate>& truth) const;
 
  private:
   struct Said {

@@ -21,8 +21,7 @@ namespace {
 /// Defaults, then the scenario, then the request's own changes.
 /// `named`: the field that a scenario without a file stands for.
 template <class Parameters>
-Parameters parameters_for(const SimulationRequest& request, const std::string& named) {
-  Parameters p;
+Parameters parameters_for(const SimulationRequest& request, const std::string& named, Parameters p = {}) {
   if (std::filesystem::is_regular_file(request.scenario))
     change(p, read_scenario(request.scenario));
   else if (!request.scenario.empty())
@@ -31,8 +30,8 @@ Parameters parameters_for(const SimulationRequest& request, const std::string& n
   return p;
 }
 
-Estimate write_handheld(const SimulationRequest& request) {
-  const auto p = parameters_for<HandheldParameters>(request, "motion");
+/// A camera and an IMU carried about: `p` are all its parameters.
+Estimate write_carried(const SimulationRequest& request, const HandheldParameters& p, const char* kind) {
   HandheldOptions options = to_options(p);
   options.seed = request.seed;
   options.threads = request.threads;
@@ -44,9 +43,26 @@ Estimate write_handheld(const SimulationRequest& request) {
     write_asl(made.recording, folder, request.threads, request.progress);
   else
     write_tracks(made.recording, folder);
-  folder.write("truth.json", truth_json(made.truth, "handheld", parameters(p)));
+  folder.write("truth.json", truth_json(made.truth, kind, parameters(p)));
   folder.finish();
   return made.truth;
+}
+
+Estimate write_handheld(const SimulationRequest& request) {
+  return write_carried(request, parameters_for<HandheldParameters>(request, "motion"), "handheld");
+}
+
+/// A slow robot that stops every now and then.
+HandheldParameters robot() {
+  HandheldParameters p;
+  p.motion = "rig";
+  p.duration_s = 60;
+  p.go_s = 12, p.stop_s = 4;
+  return p;
+}
+
+Estimate write_rig(const SimulationRequest& request) {
+  return write_carried(request, parameters_for(request, "motion", robot()), "rig");
 }
 
 std::string angle_csv(const AngleStream& dial) {
@@ -156,11 +172,13 @@ Estimate write_target(const SimulationRequest& request) {
   return made.truth;
 }
 
-const std::array<SimulationKind, 4> kinds{{
+const std::array<SimulationKind, 5> kinds{{
     {"clock", "a counter with a 1PPS, a GNSS receiver's messages, and exchanges with a host",
      [] { return parameters(ClockParameters{}); }, write_clock},
     {"handheld", "a camera and an IMU in a hand or on a vehicle, in a textured room",
      [] { return parameters(HandheldParameters{}); }, write_handheld},
+    {"rig", "a camera and an IMU on a robot or a car that stops every now and then", [] { return parameters(robot()); },
+     write_rig},
     {"pendulum", "a camera before a dial and one or more IMUs on a pendulum's bob",
      [] { return parameters(PendulumParameters{}); }, write_pendulum},
     {"target", "cameras and an IMU moved before a calibration board, as for Kalibr",

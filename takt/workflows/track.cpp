@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <istream>
 #include <memory>
 #include <optional>
@@ -195,12 +196,26 @@ std::vector<std::string> listen(std::istream& in, const TrackingRig& rig, Offset
   return {fmt::format("{} of {} lines were left out: {}", broken, lines, first_why)};
 }
 
+/// What a simulator wrote beside its recording, for the report.
+std::optional<Estimate> truth_beside(const std::string& input, const TrackingRig& rig) {
+  const std::filesystem::path file = std::filesystem::path(input) / "truth.json";
+  std::error_code failed;
+  if (!std::filesystem::is_regular_file(file, failed)) return std::nullopt;
+  try {
+    Estimate truth = estimate_from_json(read_file(file.string()), file.string());
+    if (truth.sensor == rig.cameras.front().name) return truth;
+  } catch (const Error&) {
+    // Not a result of ours: there is no truth to draw.
+  }
+  return std::nullopt;
+}
+
 /// The answer, with what the other cameras and the whole run say.
 Estimate answer(const OffsetTracker& tracker, const TrackingRig& rig, const OffsetHistory& history,
-                const std::vector<std::string>& notes) {
+                const std::vector<std::string>& notes, const std::optional<Estimate>& truth) {
   Estimate e = tracker.result(0);
   e.notes.insert(e.notes.begin(), notes.begin(), notes.end());
-  history.complete(e);
+  history.complete(e, truth);
   if (rig.cameras.size() > 1)
     for (std::size_t c = 0; c < rig.cameras.size(); ++c) e.estimates.push_back(tracker.result(c));
   return e;
@@ -224,7 +239,7 @@ Outcome track_live(const TrackJob& job, std::istream& in) {
   OffsetHistory history;
   std::vector<std::string> notes = described.notes;
   for (std::string& note : listen(in, rig, tracker, job, history)) notes.push_back(std::move(note));
-  out.estimate = answer(tracker, rig, history, notes);
+  out.estimate = answer(tracker, rig, history, notes, std::nullopt);
   return out;
 }
 
@@ -240,7 +255,7 @@ Outcome track(const TrackJob& job) {
   OffsetTracker tracker(rig, job.tracking, [](const TrackStream& t) { return track_rotation(t); });
   OffsetHistory history;
   Replay(tracker, job, history).run(imu.imu, cameras);
-  out.estimate = answer(tracker, rig, history, notes);
+  out.estimate = answer(tracker, rig, history, notes, truth_beside(job.input, rig));
   return out;
 }
 
