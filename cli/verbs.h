@@ -29,8 +29,10 @@ void add_align(CLI::App& app, Common& common, Action& action);
 void add_inspect(CLI::App& app, Common& common, Action& action);
 void add_dial(CLI::App& app, Common& common, Action& action);
 void add_pendulum(CLI::App& app, Common& common, Action& action);
+void add_track(CLI::App& app, Common& common, Action& action);
 void add_simulate(CLI::App& app, Common& common, Action& action);
 void add_experiment(CLI::App& app, Common& common, Action& action);
 void add_report(CLI::App& app, Common& common, Action& action);
+void add_completion(CLI::App& app, Common& common, Action& action);
 
 }  // namespace takt::cli

@@ -7,7 +7,7 @@
 
 #include "takt/estimators/pendulum/pendulum.h"
 #include "takt/signals/dial/dial_angle.h"
-#include "takt/simulation/parallel.h"
+#include "takt/math/parallel.h"
 #include "takt/simulation/pendulum_film.h"
 
 namespace takt::paper {
