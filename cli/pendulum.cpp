@@ -89,12 +89,11 @@ int repeats(const Line& line, const Common& common) {
   }
   Estimate whole = repeat_estimate(runs);
   whole.provenance = make_provenance(common.command, files, std::nullopt);
-  const std::vector<RepeatBin> bins = repeat_bins(runs);
   write_outputs(whole, common);
   if (common.json)
-    fmt::print("{}", repeat_json(whole, bins));
+    fmt::print("{}", repeat_json(whole, runs));
   else
-    fmt::print("\n{}\n{}", repeat_words(bins), in_words(whole, true, colour_welcome(1)));
+    fmt::print("{}{}", common.quiet ? "" : "\n" + repeat_words(runs) + "\n", in_words(whole, true, colour_welcome(1)));
   return exit_status(whole);
 }
 

@@ -5,126 +5,82 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <stdexcept>
 
 #include "takt/calibration/tree.h"
 #include "takt/calibration/words.h"
+#include "takt/report/repeatability.h"
+#include "takt/workflows/report.h"
 
 namespace takt {
 namespace {
 
-constexpr double bin_c = 1;  // ± 0.5 °C, as tables 6 and 7
-
-std::optional<double> temperature_of(const Estimate& e) {
-  for (const Extra& x : e.extras)
-    if (x.name == "temperature_c") return x.value;
-  return std::nullopt;
-}
-
-/// One IMU's estimates over the runs.
-struct Imu {
-  std::string sensor, reference;
-  std::vector<const Estimate*> runs;
+/// All IMUs of all runs in one list, and which run each is of.
+struct Results {
+  std::vector<Estimate> estimates;
+  std::vector<std::string> names;
 };
 
-std::vector<Imu> imus_of(const std::vector<PendulumRun>& runs) {
-  std::vector<Imu> imus;
+Results flat(const std::vector<PendulumRun>& runs) {
+  Results all;
   for (const PendulumRun& run : runs)
     for (const Estimate& e : run.estimates) {
-      auto imu = std::find_if(imus.begin(), imus.end(), [&](const Imu& i) { return i.reference == e.reference; });
-      if (imu == imus.end()) imu = imus.insert(imus.end(), {e.sensor, e.reference, {}});
-      imu->runs.push_back(&e);
+      all.estimates.push_back(e);
+      all.names.push_back(run.name);
     }
-  return imus;
+  return all;
 }
 
-RepeatBin bin_of(const Imu& imu, const std::vector<const Estimate*>& runs) {
-  RepeatBin bin{imu.sensor, imu.reference, std::nullopt, runs.size(), 0, 0, std::nullopt, 0};
-  double warmth = 0, squares = 0;
-  for (const Estimate* e : runs) {
-    if (const auto t = temperature_of(*e)) warmth += *t / static_cast<double>(runs.size()), bin.temperature_c = warmth;
-    if (!e->answered()) continue;
-    ++bin.answers;
-    bin.mean_s += to_seconds(*e->offset);
-    squares += e->sigma_s.value_or(0) * e->sigma_s.value_or(0);
-  }
-  if (bin.answers == 0) return bin;
-  const auto n = static_cast<double>(bin.answers);
-  bin.mean_s /= n;
-  bin.sigma_s = std::sqrt(squares / n);
-  if (bin.answers < 2) return bin;
-  double scatter = 0;
-  for (const Estimate* e : runs)
-    if (e->answered()) scatter += std::pow(to_seconds(*e->offset) - bin.mean_s, 2);
-  bin.std_s = std::sqrt(scatter / (n - 1));
-  return bin;
-}
-
-std::vector<RepeatBin> bins_of(const Imu& imu) {
-  std::vector<const Estimate*> runs = imu.runs;
-  const auto warmth = [](const Estimate* e) {
-    return temperature_of(*e).value_or(std::numeric_limits<double>::infinity());
+/// What no one number holds for: by how much the means differ from one temperature to another, or nothing.
+double change_with_temperature_s(const Repeatability& r) {
+  if (r.bins.size() < 2) return 0;
+  const auto [low, high] =
+      std::minmax_element(r.bins.begin(), r.bins.end(), [](const auto& a, const auto& b) { return a.mean < b.mean; });
+  const auto sigma = [&](const TemperatureBin& b) {
+    return std::max(r.sigma_s.value_or(0), b.std_s.value_or(0)) / std::sqrt(static_cast<double>(b.answers));
   };
-  std::stable_sort(runs.begin(), runs.end(),
-                   [&](const Estimate* a, const Estimate* b) { return warmth(a) < warmth(b); });
-  std::vector<RepeatBin> bins;
-  for (std::size_t from = 0, to = 0; from < runs.size(); from = to) {
-    while (to < runs.size() &&
-           (warmth(runs[to]) == warmth(runs[from]) || warmth(runs[to]) - warmth(runs[from]) <= bin_c * (1 + 1e-9)))
-      ++to;
-    bins.push_back(bin_of(
-        imu, {runs.begin() + static_cast<std::ptrdiff_t>(from), runs.begin() + static_cast<std::ptrdiff_t>(to)}));
-  }
-  return bins;
+  const double change = to_seconds(high->mean - low->mean);
+  return change > 4 * std::hypot(sigma(*low), sigma(*high)) ? change : 0;
 }
 
-/// The mean of one IMU's runs, and how sure it is: by their scatter where that is larger than they admit.
-Estimate mean_of(const Imu& imu, const std::vector<RepeatBin>& bins) {
-  const RepeatBin all = bin_of(imu, imu.runs);
-  if (all.answers == 0) {
-    Estimate e = Estimate::refusal("mean of repeats", "none of the recordings has an answer");
-    e.sensor = imu.sensor, e.reference = imu.reference;
+/// The mean of one IMU's runs, as sure as their scatter says, or they themselves where that is less.
+Estimate mean_of(const Repeatability& r, const std::vector<Estimate>& all) {
+  const auto named = [&](Estimate e) {
+    e.sensor = r.sensor;
+    e.reference = r.reference;
     return e;
-  }
-  const auto first = std::find_if(imu.runs.begin(), imu.runs.end(), [](const Estimate* e) { return e->answered(); });
-  Estimate e;
+  };
+  if (!r.mean) return named(Estimate::refusal("mean of repeats", "none of the recordings has an answer"));
+  Estimate e = named({});
   e.method = "mean of repeats";
-  e.sensor = imu.sensor, e.reference = imu.reference;
   e.verdict = Verdict::trusted;
-  e.offset = from_seconds(all.mean_s);
-  e.epoch = (*first)->epoch;
-  e.frame_instant = (*first)->frame_instant, e.frame_row = (*first)->frame_row;
-  const double n = std::sqrt(static_cast<double>(all.answers));
-  e.sigma_s = std::max(all.sigma_s, all.std_s.value_or(0)) / n;
-  e.extras.push_back({"runs", static_cast<double>(all.answers), std::nullopt});
-  if (all.std_s) e.extras.push_back({"repeat_std_s", *all.std_s, std::nullopt});
+  e.offset = r.mean;
+  const double one = std::max(r.sigma_s.value_or(0), r.std_s.value_or(0));
+  e.sigma_s = one / std::sqrt(static_cast<double>(r.answers));
   std::size_t doubtful = 0;
-  for (const Estimate* run : imu.runs) doubtful += run->verdict != Verdict::trusted;
-  if (doubtful > 0)
-    e.doubt(Verdict::weak, fmt::format("{} of {} recordings are weak or refused", doubtful, imu.runs.size()));
-  if (bins.size() > 1) {
-    double low = 1e9, high = -1e9, noise = 0;
-    for (const RepeatBin& b : bins) {
-      if (b.answers == 0) continue;
-      low = std::min(low, b.mean_s), high = std::max(high, b.mean_s);
-      noise = std::max(noise, std::max(b.sigma_s, b.std_s.value_or(0)) / std::sqrt(static_cast<double>(b.answers)));
-    }
-    if (high - low > 4 * noise) {
-      // No one number holds for all temperatures: the uncertainty covers them.
-      e.sigma_s = std::max(*e.sigma_s, all.std_s.value_or(0));
-      e.doubt(Verdict::trusted,
-              fmt::format("the delay changes by {} between {:.1f} and {:.1f} °C; take the row of your "
-                          "temperature",
-                          rounded_time_words(high - low), bins.front().temperature_c.value_or(NAN),
-                          bins.back().temperature_c.value_or(NAN)));
-    }
+  for (const std::size_t i : r.members) {
+    doubtful += all[i].verdict != Verdict::trusted;
+    if (!all[i].answered() || e.frame_instant) continue;
+    e.epoch = all[i].epoch;
+    e.frame_instant = all[i].frame_instant;
+    e.frame_row = all[i].frame_row;
   }
+  if (doubtful > 0)
+    e.doubt(Verdict::weak, fmt::format("{} of {} recordings are weak or refused", doubtful, r.members.size()));
+  if (const double change = change_with_temperature_s(r); change > 0) {
+    e.sigma_s = std::max(*e.sigma_s, r.std_s.value_or(0));
+    e.doubt(Verdict::trusted,
+            fmt::format("the delay changes by {} between {:.1f} and {:.1f} °C: take the mean of your temperature",
+                        rounded_time_words(change), r.bins.front().mean_c, r.bins.back().mean_c));
+  }
+  e.extras.push_back({"recordings", static_cast<double>(r.answers), std::nullopt});
+  if (r.std_s) e.extras.push_back({"repeat_std_s", *r.std_s, std::nullopt});
+  for (const TemperatureBin& b : r.bins)
+    e.extras.push_back({fmt::format("mean_at_{:.1f}_c_s", b.mean_c), to_seconds(b.mean), b.std_s});
   return e;
 }
 
-Panel repeats_panel(const std::vector<Imu>& imus) {
-  std::size_t most = 0;
-  for (const Imu& imu : imus) most = std::max(most, imu.runs.size());
+Panel repeats_panel(const std::vector<Repeatability>& pairs, const std::vector<Estimate>& all, std::size_t runs) {
   Panel p{"repeats",
           "points",
           "Delay of each recording",
@@ -132,13 +88,14 @@ Panel repeats_panel(const std::vector<Imu>& imus) {
           {"recording", "", {}, {}},
           {},
           {}};
-  for (std::size_t i = 0; i < most; ++i) p.x.values.push_back(static_cast<double>(i + 1));
-  for (const Imu& imu : imus) {
-    Series s{imu.reference, "ms", std::vector<double>(most, NAN), std::vector<double>(most, NAN)};
-    for (std::size_t i = 0; i < imu.runs.size(); ++i) {
-      if (!imu.runs[i]->answered()) continue;
-      s.values[i] = to_seconds(*imu.runs[i]->offset) * 1e3;
-      s.sigma[i] = imu.runs[i]->sigma_s.value_or(0) * 1e3;
+  for (std::size_t i = 0; i < runs; ++i) p.x.values.push_back(static_cast<double>(i + 1));
+  for (const Repeatability& r : pairs) {
+    Series s{r.reference, "ms", std::vector<double>(runs, NAN), std::vector<double>(runs, NAN)};
+    for (std::size_t i = 0; i < std::min(runs, r.members.size()); ++i) {
+      const Estimate& e = all[r.members[i]];
+      if (!e.answered()) continue;
+      s.values[i] = to_seconds(*e.offset) * 1e3;
+      s.sigma[i] = e.sigma_s.value_or(0) * 1e3;
     }
     p.y.push_back(std::move(s));
   }
@@ -146,7 +103,7 @@ Panel repeats_panel(const std::vector<Imu>& imus) {
 }
 
 /// As [Fu2021] fig. 11. Series share the x axis, so each has gaps at the others' temperatures.
-Panel temperature_panel(const std::vector<Imu>& imus, const std::vector<RepeatBin>& bins) {
+Panel temperature_panel(const std::vector<Repeatability>& pairs) {
   Panel p{"delay_by_temperature",
           "points",
           "Delay against temperature",
@@ -154,18 +111,20 @@ Panel temperature_panel(const std::vector<Imu>& imus, const std::vector<RepeatBi
           {"temperature", "°C", {}, {}},
           {},
           {}};
-  for (const Imu& imu : imus) p.y.push_back({imu.reference, "ms", {}, {}});
-  std::vector<RepeatBin> known;
-  for (const RepeatBin& b : bins)
-    if (b.temperature_c && b.answers > 0) known.push_back(b);
-  std::stable_sort(known.begin(), known.end(),
-                   [](const RepeatBin& a, const RepeatBin& b) { return *a.temperature_c < *b.temperature_c; });
-  for (const RepeatBin& b : known) {
-    p.x.values.push_back(*b.temperature_c);
-    for (Series& s : p.y) {
-      const bool own = s.name == b.reference;
-      s.values.push_back(own ? b.mean_s * 1e3 : NAN);
-      s.sigma.push_back(own ? b.std_s.value_or(b.sigma_s) * 1e3 : NAN);
+  std::vector<std::pair<double, std::size_t>> places;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    for (const TemperatureBin& b : pairs[i].bins) places.emplace_back(b.mean_c, i);
+    p.y.push_back({pairs[i].reference, "ms", {}, {}});
+  }
+  std::sort(places.begin(), places.end());
+  for (const auto& [celsius, pair] : places) {
+    p.x.values.push_back(celsius);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const auto& bins = pairs[i].bins;
+      const auto b = std::find_if(bins.begin(), bins.end(), [c = celsius](const auto& x) { return x.mean_c == c; });
+      const bool own = i == pair && b != bins.end();
+      p.y[i].values.push_back(own ? to_seconds(b->mean) * 1e3 : NAN);
+      p.y[i].sigma.push_back(own ? b->std_s.value_or(pairs[i].sigma_s.value_or(0)) * 1e3 : NAN);
     }
   }
   return p;
@@ -173,75 +132,39 @@ Panel temperature_panel(const std::vector<Imu>& imus, const std::vector<RepeatBi
 
 }  // namespace
 
-std::vector<RepeatBin> repeat_bins(const std::vector<PendulumRun>& runs) {
-  std::vector<RepeatBin> out;
-  for (const Imu& imu : imus_of(runs)) {
-    const std::vector<RepeatBin> bins = bins_of(imu);
-    out.insert(out.end(), bins.begin(), bins.end());
-  }
-  return out;
-}
-
-std::string repeat_words(const std::vector<RepeatBin>& bins) {
-  std::string out =
-      fmt::format("{:<8} {:>8} {:>6}   {:<20} {:<14} {}\n", "IMU", "°C", "runs", "mean", "std", "stated σ of one run");
-  for (const RepeatBin& b : bins) {
-    const std::string warmth = b.temperature_c ? fmt::format("{:.1f}", *b.temperature_c) : "–";
-    if (b.answers == 0) {
-      out += fmt::format("{:<8} {:>7} {:>6}   no answer\n", b.reference, warmth, fmt::format("0/{}", b.runs));
-      continue;
-    }
-    const double of_mean = std::max(b.sigma_s, b.std_s.value_or(0)) / std::sqrt(static_cast<double>(b.answers));
-    const std::string count = b.answers == b.runs ? fmt::format("{}", b.runs) : fmt::format("{}/{}", b.answers, b.runs);
-    out +=
-        fmt::format("{:<8} {:>7} {:>6}   {:<20} {:<14} {}\n", b.reference, warmth, count, time_words(b.mean_s, of_mean),
-                    b.std_s ? rounded_time_words(*b.std_s) : "–", rounded_time_words(b.sigma_s));
-  }
-  return out;
-}
-
 Estimate repeat_estimate(const std::vector<PendulumRun>& runs) {
-  const std::vector<Imu> imus = imus_of(runs);
-  const std::vector<RepeatBin> bins = repeat_bins(runs);
+  const Results all = flat(runs);
+  if (all.estimates.empty()) throw std::invalid_argument("repeat_estimate: no runs");
+  const std::vector<Repeatability> pairs = repeatability(all.estimates);
   std::vector<Estimate> means;
-  for (const Imu& imu : imus) means.push_back(mean_of(imu, bins_of(imu)));
+  for (const Repeatability& r : pairs) means.push_back(mean_of(r, all.estimates));
   Estimate whole = means.front();
-  for (const Estimate& mean : means) whole.estimates.push_back(mean);
-  for (const PendulumRun& run : runs)
-    for (Estimate e : run.estimates) {
-      e.method += " of " + run.name;
-      e.evidence = {};
-      e.estimates.clear();
-      whole.estimates.push_back(std::move(e));
-    }
-  for (const Estimate& mean : means)
-    if (mean.verdict != whole.verdict && worse(mean.verdict, whole.verdict) == mean.verdict && whole.answered() &&
-        !mean.reasons.empty())
-      whole.doubt(Verdict::weak, mean.reference + ": " + mean.reasons.front());
-  for (const RepeatBin& b : bins)
-    if (b.temperature_c && b.answers > 0)
-      whole.extras.push_back({fmt::format("{}_at_{:.1f}_c_s", b.reference, *b.temperature_c), b.mean_s, b.std_s});
-  whole.evidence.panels.push_back(repeats_panel(imus));
-  if (Panel p = temperature_panel(imus, bins); p.x.values.size() > 1) whole.evidence.panels.push_back(std::move(p));
+  for (std::size_t i = 1; i < means.size(); ++i)
+    if (means[i].verdict != Verdict::trusted && whole.answered() && !means[i].reasons.empty())
+      whole.doubt(Verdict::weak, means[i].reference + ": " + means[i].reasons.front());
+  whole.estimates = means;
+  for (std::size_t i = 0; i < all.estimates.size(); ++i) {
+    Estimate e = all.estimates[i];
+    e.method += " of " + all.names[i];
+    e.evidence = {};
+    e.estimates.clear();
+    whole.estimates.push_back(std::move(e));
+  }
+  whole.evidence.panels.push_back(repeats_panel(pairs, all.estimates, runs.size()));
+  if (Panel p = temperature_panel(pairs); p.x.values.size() > 1) whole.evidence.panels.push_back(std::move(p));
   return whole;
 }
 
-std::string repeat_json(const Estimate& whole, const std::vector<RepeatBin>& bins) {
+std::string repeat_json(const Estimate& whole, const std::vector<PendulumRun>& runs) {
   using namespace tree;
-  Node list_of_bins = list();
-  for (const RepeatBin& b : bins) {
-    const bool answered = b.answers > 0;
-    Node o = object();
-    o.add("sensor", text(b.sensor)).add("reference", text(b.reference));
-    o.add("temperature_c", number(b.temperature_c));
-    o.add("results", integer(std::uint64_t{b.runs})).add("answers", integer(std::uint64_t{b.answers}));
-    o.add("mean_s", number(answered ? std::optional(b.mean_s) : std::nullopt)).add("std_s", number(b.std_s));
-    o.add("sigma_s", number(answered ? std::optional(b.sigma_s) : std::nullopt));
-    list_of_bins.add(std::move(o));
-  }
   Node root = from_json(to_json(whole), "");
-  root.add("repeatability", std::move(list_of_bins));
+  root.add("repeatability", *from_json(repeatability_json(flat(runs).estimates), "").find("repeatability"));
   return tree::to_json(root);
+}
+
+std::string repeat_words(const std::vector<PendulumRun>& runs) {
+  const Results all = flat(runs);
+  return repeatability_words(all.estimates, all.names);
 }
 
 }  // namespace takt

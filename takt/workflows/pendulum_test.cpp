@@ -74,27 +74,21 @@ TEST(PendulumWorkflow, RepeatsAreBinnedByTemperature) {
     job.input = folder.path() + "/" + name;
     runs.push_back({name, calibrate_pendulum(job).estimates});
   }
-  const std::vector<RepeatBin> bins = repeat_bins(runs);
-  ASSERT_EQ(bins.size(), 2u);
-  EXPECT_NEAR(*bins[0].temperature_c, 25.2, 1e-9);
-  EXPECT_EQ(bins[0].answers, 3u);
-  EXPECT_NEAR(*bins[1].temperature_c, 39.9, 1e-9);
-  EXPECT_EQ(bins[1].answers, 2u);
-  // 4 σ of a mean of three runs and of two.
-  EXPECT_NEAR(bins[0].mean_s, (truths[0] + truths[1] + truths[4]) / 3, 4 * bins[0].sigma_s / std::sqrt(3.0));
-  EXPECT_NEAR(bins[1].mean_s, (truths[2] + truths[3]) / 2, 4 * bins[1].sigma_s / std::sqrt(2.0));
-
   const Estimate whole = repeat_estimate(runs);
   EXPECT_EQ(whole.estimates.size(), 6u) << "the mean and five runs";
+  const double one = 12e-6;  // of a run of 20 s
+  EXPECT_NEAR(extra(whole, "mean_at_25.2_c_s"), (truths[0] + truths[1] + truths[4]) / 3, 4 * one / std::sqrt(3.0));
+  EXPECT_NEAR(extra(whole, "mean_at_39.9_c_s"), (truths[2] + truths[3]) / 2, 4 * one / std::sqrt(2.0));
   EXPECT_GT(truths[2] - truths[0], 90e-6);
   ASSERT_FALSE(whole.reasons.empty());
   EXPECT_NE(whole.reasons.back().find("the delay changes by"), std::string::npos);
   EXPECT_GT(*whole.sigma_s, 40e-6) << "no one number holds for all temperatures";
-  // The file is a result that can be read back, with the bins beside it.
-  const std::string json = repeat_json(whole, bins);
+  // The file is a result that can be read back, with the temperatures beside it.
+  const std::string json = repeat_json(whole, runs);
   EXPECT_EQ(estimate_from_json(json, "test").offset, whole.offset);
   EXPECT_NE(json.find("\"repeatability\""), std::string::npos);
-  EXPECT_NE(repeat_words(bins).find("imu0"), std::string::npos);
+  EXPECT_NE(json.find("\"temperatures\""), std::string::npos);
+  EXPECT_NE(repeat_words(runs).find("°C"), std::string::npos);
 }
 
 TEST(PendulumWorkflow, ARigFileSaysWhatTheStampsMean) {
