@@ -7,12 +7,15 @@
 #include "cli/interrupt.h"
 #include "cli/usage.h"
 #include "cli/verbs.h"
+#include "takt/commit.h"
 #include "takt/error.h"
+#include "takt/library_versions.h"
 #include "takt/version.h"
 
 namespace takt::cli {
 
 /// One row a verb, in the order of the help.
+// clang-format off
 const std::vector<AddVerb> all_verbs{
     add_inspect,
     add_align,
@@ -22,11 +25,20 @@ const std::vector<AddVerb> all_verbs{
     add_simulate,
     add_experiment,
     add_report,
+    add_completion,
 };
+// clang-format on
+
+/// "takt 0.1.0 (commit 1e12a54)", and what it was built with: enough to make a result again.
+std::string version_words() {
+  std::string out = fmt::format("takt {}{}\n", version, *commit ? fmt::format(" (commit {})", commit) : "");
+  for (const auto& [name, number] : library_versions) out += fmt::format("  {:14} {}\n", name, number);
+  return out.substr(0, out.size() - 1);
+}
 
 int run(int argc, char** argv) {
   CLI::App app{"takt finds, tracks and removes the time offset between cameras, IMUs and GNSS receivers", "takt"};
-  app.set_version_flag("--version", fmt::format("takt {}", version));
+  app.set_version_flag("--version", version_words());
   app.require_subcommand(0, 1);
   Common common;
   common.command = command_line(argc, argv);

@@ -28,7 +28,7 @@ void add_report(CLI::App& app, Common& common, Action& action) {
       if (common.json)
         fmt::print("{}", results.size() == 1 ? to_json(results.front()) : repeatability_json(results));
       else
-        fmt::print("{}", results.size() == 1 ? sentence(results.front()) + "\n" : repeatability_words(results));
+        fmt::print("{}", results.size() == 1 ? sentence(results.front()) + "\n" : repeatability_words(results, *files));
       return 0;
     };
   });

@@ -33,5 +33,6 @@ void add_track(CLI::App& app, Common& common, Action& action);
 void add_simulate(CLI::App& app, Common& common, Action& action);
 void add_experiment(CLI::App& app, Common& common, Action& action);
 void add_report(CLI::App& app, Common& common, Action& action);
+void add_completion(CLI::App& app, Common& common, Action& action);
 
 }  // namespace takt::cli

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "takt/estimators/alignment/alignment.h"
-#include "takt/simulation/parallel.h"
+#include "takt/math/parallel.h"
 #include "tests/alignment_cases.h"
 
 namespace {

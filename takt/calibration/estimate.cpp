@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/calibration/estimate.h"
 
+#include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace takt {
 
@@ -39,6 +41,29 @@ void Estimate::doubt(Verdict at_best, std::string reason) {
   pieces.clear();
   line_delay_s.reset();
   line_delay_sigma_s.reset();
+}
+
+Estimate inverse(const Estimate& e) {
+  Estimate out = e;
+  std::swap(out.sensor, out.reference);
+  for (Estimate& other : out.estimates) other = inverse(other);
+  if (e.T_reference_sensor) out.T_reference_sensor = e.T_reference_sensor->inverse();
+  if (!e.offset) return out;
+  const auto stamp = [](Instant<ReferenceClock> t) { return from_ns(to_ns(t)); };
+  Estimate line = e;
+  line.pieces.clear();
+  const auto at_epoch = inverse(line.clock_map()).pieces().front();
+  out.epoch = stamp(at_epoch.epoch);
+  out.offset = at_epoch.offset;
+  out.sigma_s = std::sqrt(at_epoch.offset_var_s2);
+  if (e.drift) out.drift = at_epoch.drift;
+  if (e.drift_sigma) out.drift_sigma = std::sqrt(at_epoch.drift_var);
+  out.pieces.clear();
+  if (e.pieces.empty()) return out;
+  const ClockMap<ReferenceClock, SensorClock> back = inverse(e.clock_map());
+  for (const auto& p : back.pieces())
+    out.pieces.push_back({stamp(p.start), stamp(p.epoch), p.offset, p.drift, std::sqrt(p.offset_var_s2)});
+  return out;
 }
 
 ClockMap<> Estimate::clock_map() const {

@@ -92,6 +92,9 @@ struct Estimate {
   [[nodiscard]] ClockMap<> clock_map() const;
 };
 
+/// The same relation with the roles exchanged: sensor = reference + offset' + …
+[[nodiscard]] Estimate inverse(const Estimate& e);
+
 /// docs/formats/result.md: one JSON object ("schema": "takt/1"), or the same as YAML.
 [[nodiscard]] std::string to_json(const Estimate& e);
 [[nodiscard]] std::string to_yaml(const Estimate& e);

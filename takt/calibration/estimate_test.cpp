@@ -210,6 +210,26 @@ void expect_same(const Estimate& a, const Estimate& b) {
   }
 }
 
+TEST(Inverse, UndoesTheMapPieceByPiece) {
+  Estimate e = plain();
+  const std::int64_t at = to_ns(e.epoch);
+  for (const bool moving : {false, true}) {
+    if (moving)
+      for (std::int64_t i = 0; i < 4; ++i)
+        e.pieces.push_back({from_ns(at + i * 1'000'000'000), from_ns(at + i * 1'000'000'000 + 500'000'000),
+                            Duration(3'000'000 + 75'000 * i), 75e-6, 1e-5});
+    const Estimate back = inverse(e);
+    EXPECT_EQ(back.sensor, "imu0");
+    EXPECT_EQ(back.pieces.size(), e.pieces.size());
+    for (std::int64_t t = at - 2'000'000'000; t < at + 6'000'000'000; t += 333'333'333) {
+      const auto there = e.clock_map()(from_ns<SensorClock>(t));
+      const auto again = back.clock_map()(from_ns<SensorClock>(to_ns(there)));
+      EXPECT_NEAR(static_cast<double>(to_ns(again) - t), 0, 1.5) << t;
+    }
+    EXPECT_EQ(inverse(back).offset, e.offset);
+  }
+}
+
 TEST(ResultFile, AnyEstimateSurvivesJsonAndYaml) {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

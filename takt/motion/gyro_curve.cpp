@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "takt/math/natural_spline.h"
+
 namespace takt {
 
 namespace {
@@ -15,21 +17,6 @@ double median(std::vector<double> v) {
   const auto mid = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
   std::nth_element(v.begin(), mid, v.end());
   return *mid;
-}
-
-/// Second derivatives of the natural cubic spline through samples [first, last), by the tridiagonal recursion.
-void natural_spline(const std::vector<double>& t, const std::vector<Vec3>& y, std::size_t first, std::size_t last,
-                    std::vector<Vec3>& curvature) {
-  if (last - first < 3) return;
-  std::vector<double> upper(last - first, 0.0);
-  for (std::size_t i = first + 1; i + 1 < last; ++i) {
-    const double h0 = t[i] - t[i - 1], h1 = t[i + 1] - t[i];
-    const Vec3 rhs = 6 * ((y[i + 1] - y[i]) / h1 - (y[i] - y[i - 1]) / h0);
-    const double pivot = 2 * (h0 + h1) - h0 * upper[i - 1 - first];
-    upper[i - first] = h1 / pivot;
-    curvature[i] = (rhs - h0 * curvature[i - 1]) / pivot;
-  }
-  for (std::size_t i = last - 2; i > first; --i) curvature[i] -= upper[i - first] * curvature[i + 1];
 }
 
 }  // namespace
@@ -58,7 +45,8 @@ GyroCurve::GyroCurve(std::vector<double> times_s, std::vector<Vec3> rates, doubl
       stretch_[i] = stretch_[i - 1];
       continue;
     }
-    natural_spline(t_, rate_, first, i, curvature_);
+    natural_spline(std::span(t_).subspan(first, i - first), std::span<const Vec3>(rate_).subspan(first, i - first),
+                   std::span(curvature_).subspan(first, i - first));
     if (i < n) {
       stretch_[i] = stretch_[i - 1] + 1;
       ++gaps_;
@@ -100,9 +88,8 @@ bool GyroCurve::covers(double t0, double t1) const {
 }
 
 Vec3 GyroCurve::rate_in(std::size_t j, double t) const {
-  const double h = t_[j + 1] - t_[j], a = (t_[j + 1] - t) / h, b = 1 - a;
-  return a * rate_[j] + b * rate_[j + 1] +
-         (h * h / 6) * ((a * a * a - a) * curvature_[j] + (b * b * b - b) * curvature_[j + 1]);
+  const double h = t_[j + 1] - t_[j];
+  return cubic_between(rate_[j], rate_[j + 1], curvature_[j], curvature_[j + 1], h, (t_[j + 1] - t) / h);
 }
 
 Vec3 GyroCurve::rotation_in(std::size_t j, double t0, double t1) const {

@@ -15,6 +15,11 @@ std::string pair_words(const Repeatability& r) {
   return escape(r.sensor) + " against " + escape(r.reference);
 }
 
+std::string with_breaks(std::string html) {
+  for (auto at = html.find('\n'); at != html.npos; at = html.find('\n', at + 6)) html.replace(at, 1, "<br/>\n");
+  return html;
+}
+
 std::string rows(const std::vector<Estimate>& results, const std::vector<std::string>& names) {
   const Intervals intervals(results);
   std::string out;
@@ -46,7 +51,7 @@ std::string comparison(const std::vector<Estimate>& results, const std::vector<s
       member_names.push_back(names[i]);
     }
     out += pairs.size() > 1 ? "<h2>" + pair_words(pair) + "</h2>\n" : "";
-    out += "<p>" + escape(in_words(pair)) + ".</p>\n" +
+    out += "<p>" + with_breaks(escape(in_words(pair, names))) + "</p>\n" +
            "<div class=\"scroll\"><table>\n<tr><th>result</th><th>offset ± σ</th><th class=\"span\"></th>"
            "<th>drift, ppm</th><th>verdict</th><th>method</th></tr>\n" +
            rows(members, member_names) + "</table></div>\n";

@@ -6,7 +6,7 @@
 #include <memory>
 #include <numbers>
 
-#include "takt/simulation/parallel.h"
+#include "takt/math/parallel.h"
 #include "takt/simulation/random.h"
 
 namespace takt {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "takt/simulation/parallel.h"
+#include "takt/math/parallel.h"
 
 namespace takt {
 

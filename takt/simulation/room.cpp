@@ -6,7 +6,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "takt/simulation/parallel.h"
+#include "takt/math/parallel.h"
 #include "takt/simulation/random.h"
 
 namespace takt {

@@ -6,7 +6,7 @@
 
 #include "takt/error.h"
 #include "takt/simulation/folder_writer.h"
-#include "takt/simulation/parallel.h"
+#include "takt/math/parallel.h"
 #include "takt/simulation/yaml_text.h"
 
 namespace fs = std::filesystem;

@@ -1,113 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/streams/camera_model.h"
 
+#include <fmt/core.h>
+
+#include <algorithm>
 #include <cmath>
-#include <limits>
+#include <stdexcept>
+
+#include "takt/streams/lens.h"
 
 namespace takt {
 
 namespace {
 
-struct Distorted {
-  Vec2 point;
-  Eigen::Matrix2d jacobian;
-};
-
-/// Kalibr's radial-tangential model on normalised coordinates, with its Jacobian.
-Distorted radtan(const Vec2& n, const std::array<double, 4>& c) {
-  const double x = n.x(), y = n.y(), r2 = x * x + y * y;
-  const double radial = 1 + r2 * (c[0] + r2 * c[1]);
-  const double d_radial = c[0] + 2 * c[1] * r2;  // d radial / d r²
-  Distorted out;
-  out.point = {x * radial + 2 * c[2] * x * y + c[3] * (r2 + 2 * x * x),
-               y * radial + 2 * c[3] * x * y + c[2] * (r2 + 2 * y * y)};
-  const double cross = 2 * x * y * d_radial + 2 * c[2] * x + 2 * c[3] * y;
-  out.jacobian << radial + 2 * x * x * d_radial + 2 * c[2] * y + 6 * c[3] * x, cross, cross,
-      radial + 2 * y * y * d_radial + 2 * c[3] * x + 6 * c[2] * y;
-  return out;
-}
-
-/// The r² up to which the radial polynomial rises: the smallest positive root of 1 + 3k1·r² + 5k2·r⁴.
-/// Beyond it the polynomial folds back (and may rise again), so that a point far outside would appear inside.
-double radtan_fold(const std::array<double, 4>& c) {
-  const double a = 5 * c[1], b = 3 * c[0], discriminant = b * b - 4 * a;
-  if (discriminant < 0) return std::numeric_limits<double>::infinity();
-  const double root = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
-  const double first = 1 / root, second = root / a;  // a may be 0: then `second` is no root
-  double fold = std::numeric_limits<double>::infinity();
-  for (const double s : {first, second})
-    if (s > 0 && s < fold) fold = s;
-  return fold;
-}
-
-/// Kannala–Brandt: r = θ(1 + k1θ² + k2θ⁴ + k3θ⁶ + k4θ⁸), and dr/dθ.
-std::pair<double, double> equidistant(double theta, const std::array<double, 4>& k) {
-  const double t2 = theta * theta;
-  const double poly = 1 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3])));
-  const double slope = 1 + t2 * (3 * k[0] + t2 * (5 * k[1] + t2 * (7 * k[2] + t2 * 9 * k[3])));
-  return {theta * poly, slope};
+bool is_fisheye(const CameraModel& m) {
+  return m.projection == Projection::pinhole && m.distortion == Distortion::equidistant;
 }
 
 }  // namespace
 
 std::optional<Vec2> CameraModel::project(const Vec3& p) const {
-  Vec2 d;
-  if (distortion == Distortion::equidistant) {
-    const double rho = std::hypot(p.x(), p.y());
-    const double theta = std::atan2(rho, p.z());
-    const auto [r, slope] = equidistant(theta, coeffs);
-    if (slope <= 0 || !(p.squaredNorm() > 0)) return std::nullopt;
-    d = rho > 1e-12 ? Vec2(p.x() * r / rho, p.y() * r / rho) : Vec2(0, 0);
-  } else {
-    if (p.z() <= 1e-9) return std::nullopt;
-    const Vec2 n(p.x() / p.z(), p.y() / p.z());
-    if (distortion == Distortion::none) {
-      d = n;
-    } else {
-      const Distorted out = radtan(n, coeffs);
-      if (n.squaredNorm() >= radtan_fold(coeffs) || out.jacobian.determinant() <= 0) return std::nullopt;
-      d = out.point;
-    }
+  const auto in_pixels = [this](const Vec2& d) { return Vec2(fx * d.x() + cx, fy * d.y() + cy); };
+  if (is_fisheye(*this)) {
+    const auto seen = lens::fisheye(coeffs, p);
+    return seen ? std::optional(in_pixels(seen->place)) : std::nullopt;
   }
-  return Vec2(fx * d.x() + cx, fy * d.y() + cy);
+  const auto on_plane = lens::to_plane(projection, shape, p);
+  if (!on_plane) return std::nullopt;
+  const auto bent = lens::distort(distortion, coeffs, on_plane->place);
+  return bent ? std::optional(in_pixels(bent->place)) : std::nullopt;
 }
 
 std::optional<Vec3> CameraModel::bearing(const Vec2& pixel) const {
   const Vec2 d((pixel.x() - cx) / fx, (pixel.y() - cy) / fy);
   if (!d.allFinite()) return std::nullopt;
-  switch (distortion) {
-    case Distortion::none:
-      return Vec3(d.x(), d.y(), 1).normalized();
-    case Distortion::radtan: {
-      Vec2 n = d;
-      for (int i = 0; i < 30; ++i) {
-        const Distorted out = radtan(n, coeffs);
-        if (out.jacobian.determinant() <= 1e-6) return std::nullopt;
-        const Vec2 step = out.jacobian.inverse() * (d - out.point);
-        n += step;
-        if (step.squaredNorm() < 1e-24) return Vec3(n.x(), n.y(), 1).normalized();
-      }
-      return std::nullopt;
-    }
-    case Distortion::equidistant: {
-      const double r = d.norm();
-      if (r < 1e-12) return Vec3(0, 0, 1);
-      double theta = r;
-      for (int i = 0; i < 30; ++i) {
-        const auto [value, slope] = equidistant(theta, coeffs);
-        if (slope <= 1e-6) return std::nullopt;
-        const double step = (r - value) / slope;
-        theta += step;
-        if (std::abs(step) < 1e-12) {
-          if (theta < 0 || theta > 3.14) return std::nullopt;
-          const double s = std::sin(theta) / r;
-          return Vec3(s * d.x(), s * d.y(), std::cos(theta));
-        }
-      }
-      return std::nullopt;
-    }
-  }
-  return std::nullopt;
+  if (is_fisheye(*this)) return lens::from_fisheye(coeffs, d);
+  const auto place = lens::undistort(distortion, coeffs, d);
+  const auto direction = place ? lens::from_plane(projection, shape, *place) : std::nullopt;
+  return direction ? std::optional(direction->normalized()) : std::nullopt;
 }
 
 CameraModel CameraModel::from_horizontal_fov(int width, int height, double fov_rad) {
@@ -118,6 +48,92 @@ CameraModel CameraModel::from_horizontal_fov(int width, int height, double fov_r
   m.cx = 0.5 * (width - 1);
   m.cy = 0.5 * (height - 1);
   return m;
+}
+
+int shape_count(Projection projection) {
+  switch (projection) {
+    case Projection::pinhole:
+      return 0;
+    case Projection::omni:
+      return 1;
+    case Projection::double_sphere:
+    case Projection::eucm:
+      return 2;
+  }
+  return 0;
+}
+
+int coeff_count(Distortion distortion) {
+  switch (distortion) {
+    case Distortion::none:
+      return 0;
+    case Distortion::radtan:
+    case Distortion::equidistant:
+      return 4;
+    case Distortion::fov:
+      return 1;
+  }
+  return 0;
+}
+
+Intrinsics intrinsics_of(const CameraModel& m) {
+  const int shape = shape_count(m.projection), coeffs = coeff_count(m.distortion);
+  Intrinsics out(shape + 4 + coeffs);
+  std::copy_n(m.shape.begin(), shape, out.data());
+  out.segment<4>(shape) << m.fx, m.fy, m.cx, m.cy;
+  std::copy_n(m.coeffs.begin(), coeffs, out.data() + shape + 4);
+  return out;
+}
+
+CameraModel with_intrinsics(CameraModel m, const Intrinsics& v) {
+  const int shape = shape_count(m.projection), coeffs = coeff_count(m.distortion);
+  if (v.size() != shape + 4 + coeffs)
+    throw std::invalid_argument(
+        fmt::format("with_intrinsics: {} numbers, the model has {}", v.size(), shape + 4 + coeffs));
+  std::copy_n(v.data(), shape, m.shape.begin());
+  m.fx = v[shape], m.fy = v[shape + 1], m.cx = v[shape + 2], m.cy = v[shape + 3];
+  std::copy_n(v.data() + shape + 4, coeffs, m.coeffs.begin());
+  return m;
+}
+
+std::vector<std::string> intrinsic_names(const CameraModel& m) {
+  std::vector<std::string> names;
+  if (m.projection == Projection::omni) names = {"xi"};
+  if (m.projection == Projection::double_sphere) names = {"xi", "alpha"};
+  if (m.projection == Projection::eucm) names = {"alpha", "beta"};
+  names.insert(names.end(), {"fx", "fy", "cx", "cy"});
+  if (m.distortion == Distortion::radtan) names.insert(names.end(), {"k1", "k2", "p1", "p2"});
+  if (m.distortion == Distortion::equidistant) names.insert(names.end(), {"k1", "k2", "k3", "k4"});
+  if (m.distortion == Distortion::fov) names.emplace_back("w");
+  return names;
+}
+
+std::optional<ProjectedPoint> project_with_jacobians(const CameraModel& m, const Vec3& p) {
+  const int shape = shape_count(m.projection), coeffs = coeff_count(m.distortion);
+  const Eigen::DiagonalMatrix<double, 2> focal(m.fx, m.fy);
+  ProjectedPoint out;
+  out.to_intrinsics.setZero(2, shape + 4 + coeffs);
+  Vec2 place;
+  if (is_fisheye(m)) {
+    const auto seen = lens::fisheye(m.coeffs, p);
+    if (!seen) return std::nullopt;
+    place = seen->place;
+    out.to_point = focal * seen->to_point;
+    out.to_intrinsics.rightCols(coeffs) = focal * seen->to_coeffs;
+  } else {
+    const auto on_plane = lens::to_plane(m.projection, m.shape, p);
+    if (!on_plane) return std::nullopt;
+    const auto bent = lens::distort(m.distortion, m.coeffs, on_plane->place);
+    if (!bent) return std::nullopt;
+    place = bent->place;
+    const Eigen::Matrix2d to_plane = focal * bent->to_place;
+    out.to_point = to_plane * on_plane->to_point;
+    out.to_intrinsics.leftCols(shape) = (to_plane * on_plane->to_shape).leftCols(shape);
+    out.to_intrinsics.rightCols(coeffs) = (focal * bent->to_coeffs).leftCols(coeffs);
+  }
+  out.pixel = Vec2(m.fx * place.x() + m.cx, m.fy * place.y() + m.cy);
+  out.to_intrinsics.block<2, 4>(0, shape) << place.x(), 0, 1, 0, 0, place.y(), 0, 1;
+  return out;
 }
 
 }  // namespace takt

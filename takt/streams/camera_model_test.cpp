@@ -5,6 +5,9 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
+
+#include "takt/math/check_derivative.h"
 
 namespace takt {
 namespace {
@@ -32,8 +35,39 @@ CameraModel equidistant() {  // TUM-VI cam0
   return m;
 }
 
+CameraModel fov() {
+  CameraModel m = pinhole();
+  m.distortion = Distortion::fov;
+  m.coeffs = {0.92};
+  return m;
+}
+CameraModel omni() {
+  CameraModel m = radtan();
+  m.projection = Projection::omni;
+  m.shape = {1.32};
+  m.fx = 820.3, m.fy = 818.9;
+  m.coeffs = {-0.12, 0.03, 4e-4, -3e-4};
+  return m;
+}
+CameraModel double_sphere() {
+  CameraModel m = equidistant();
+  m.distortion = Distortion::none;
+  m.projection = Projection::double_sphere;
+  m.shape = {-0.19, 0.59};
+  m.fx = 158.3, m.fy = 158.2;
+  return m;
+}
+CameraModel eucm() {
+  CameraModel m = double_sphere();
+  m.projection = Projection::eucm;
+  m.shape = {0.63, 1.04};
+  m.fx = 191.1, m.fy = 190.8;
+  return m;
+}
+
 class CameraModels : public testing::TestWithParam<CameraModel> {};
-INSTANTIATE_TEST_SUITE_P(All, CameraModels, testing::Values(pinhole(), radtan(), equidistant()));
+INSTANTIATE_TEST_SUITE_P(All, CameraModels,
+                         testing::Values(pinhole(), radtan(), equidistant(), fov(), omni(), double_sphere(), eucm()));
 
 TEST_P(CameraModels, APixelsBearingProjectsBackToIt) {
   const CameraModel& m = GetParam();
@@ -63,8 +97,41 @@ TEST_P(CameraModels, ImageAxesPointRightAndDownWithTheFocalLengthAtTheCentre) {
   const double h = 1e-6;
   const Vec2 dx = (*m.project({h, 0, 1}) - *m.project({-h, 0, 1})) / (2 * h);
   const Vec2 dy = (*m.project({0, h, 1}) - *m.project({0, -h, 1})) / (2 * h);
-  EXPECT_NEAR(dx.x(), m.fx, 1e-4);
-  EXPECT_NEAR(dy.y(), m.fy, 1e-4);
+  // The unified models shrink the centre too: x/(1 + xi) and their like.
+  const double shrink = m.distortion == Distortion::fov             ? 2 * std::tan(0.5 * m.coeffs[0]) / m.coeffs[0]
+                        : m.projection == Projection::omni          ? 1 / (1 + m.shape[0])
+                        : m.projection == Projection::double_sphere ? 1 / (1 + m.shape[0])
+                                                                    : 1;
+  EXPECT_NEAR(dx.x(), shrink * m.fx, 1e-4);
+  EXPECT_NEAR(dy.y(), shrink * m.fy, 1e-4);
+}
+
+TEST_P(CameraModels, JacobiansAreTheDerivativesAndThePixelIsTheSame) {
+  const CameraModel& m = GetParam();
+  for (const Vec2& pixel : {Vec2(90, 60), Vec2(300, 210), Vec2(460, 400), Vec2(m.cx, m.cy), Vec2(m.cx + 1, m.cy)}) {
+    const Vec3 p = 1.7 * *m.bearing(pixel);
+    const auto seen = project_with_jacobians(m, p);
+    ASSERT_TRUE(seen);
+    EXPECT_LT((seen->pixel - pixel).norm(), 1e-8);
+    EXPECT_TRUE(is_derivative(seen->to_point, [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
+      return *m.project(p + Vec3(d));
+    })) << pixel.transpose();
+    const Intrinsics at = intrinsics_of(m);
+    EXPECT_TRUE(is_derivative(seen->to_intrinsics, [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
+      return *with_intrinsics(m, at + d).project(p);
+    })) << pixel.transpose();
+  }
+}
+
+TEST_P(CameraModels, IntrinsicsHaveNamesAndSurviveTheRoundTrip) {
+  const CameraModel& m = GetParam();
+  const Intrinsics v = intrinsics_of(m);
+  EXPECT_EQ(static_cast<std::size_t>(v.size()), intrinsic_names(m).size());
+  const CameraModel again = with_intrinsics(m, v);
+  EXPECT_EQ(again.coeffs, m.coeffs);
+  EXPECT_EQ(again.shape, m.shape);
+  EXPECT_EQ(again.cy, m.cy);
+  EXPECT_THROW(static_cast<void>(with_intrinsics(m, Intrinsics::Zero(3))), std::invalid_argument);
 }
 
 // The formulas once more, written out from Kalibr's documentation of its models.
@@ -92,7 +159,37 @@ TEST(CameraModel, EquidistantAsDocumented) {
   EXPECT_NEAR(pixel->y(), m.fy * r * std::sin(azimuth) + m.cy, 1e-9);
 }
 
+TEST(CameraModel, UnifiedModelsAsDocumented) {
+  const Vec3 p(0.8, -0.5, 0.3);
+  const auto expect_at = [&](const CameraModel& m, double denominator, const char* name) {
+    const auto pixel = m.project(p);
+    ASSERT_TRUE(pixel) << name;
+    EXPECT_NEAR(pixel->x(), m.fx * p.x() / denominator + m.cx, 1e-9) << name;
+    EXPECT_NEAR(pixel->y(), m.fy * p.y() / denominator + m.cy, 1e-9) << name;
+  };
+  const double d1 = p.norm(), k = -0.19 * d1 + p.z(), d2 = std::sqrt(0.89 + k * k);
+  expect_at(double_sphere(), 0.59 * d2 + 0.41 * k, "double sphere");
+  expect_at(eucm(), 0.63 * std::sqrt(1.04 * 0.89 + 0.09) + 0.37 * 0.3, "eucm");
+  CameraModel plain = omni();
+  plain.distortion = Distortion::none;
+  expect_at(plain, p.z() + 1.32 * d1, "omni");
+}
+
+TEST(CameraModel, FovAsDocumented) {
+  const double r = std::hypot(0.6, 0.25), w = 0.92;
+  const double scale = std::atan(2 * r * std::tan(w / 2)) / (r * w);
+  const auto pixel = fov().project({1.2, 0.5, 2});
+  ASSERT_TRUE(pixel);
+  EXPECT_NEAR(pixel->x(), fov().fx * 0.6 * scale + fov().cx, 1e-9);
+}
+
 TEST(CameraModel, WhatCannotBeSeenIsNotProjected) {
+  EXPECT_FALSE(fov().project({0.1, 0, -1}));
+  EXPECT_FALSE(omni().project({0.1, 0, -1}));
+  EXPECT_FALSE(double_sphere().project({0.1, 0, -1}));
+  EXPECT_FALSE(eucm().project({0.1, 0, -1}));
+  EXPECT_TRUE(double_sphere().project({1, 0, -0.2}));  // they too see a little behind themselves
+  EXPECT_TRUE(eucm().project({1, 0, -0.2}));
   EXPECT_FALSE(pinhole().project({0, 0, -1}));
   EXPECT_FALSE(radtan().project({0.1, 0, 0}));
   EXPECT_FALSE(equidistant().project(Vec3::Zero()));

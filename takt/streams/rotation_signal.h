@@ -41,9 +41,9 @@ struct BearingPair {
 
 /// Rotation increments in order of time; `from` of one is usually `to` of the one before, unless there was a gap.
 ///
-/// A camera also has `pairs`: its bearings over longer steps (some tenths of a second), in which it turned further while
-/// the bearings are no worse. Chain by chain: a chain runs from each pair's `to` to the next one's `from`, and several
-/// chains interleave so that every frame is used once; their noise is then independent from chain to chain.
+/// A camera also has `pairs`: its bearings over longer steps (some tenths of a second), in which it turned further
+/// while the bearings are no worse. Chain by chain: a chain runs from each pair's `to` to the next one's `from`, and
+/// several chains interleave so that every frame is used once; their noise is then independent from chain to chain.
 struct RotationSignal {
   std::string name;
   std::string clock;

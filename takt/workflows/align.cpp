@@ -65,23 +65,6 @@ Estimate align_pair(const StreamPair& pair, const AlignJob& job, std::vector<std
 
 }  // namespace
 
-Estimate inverse(const Estimate& e) {
-  Estimate out = e;
-  std::swap(out.sensor, out.reference);
-  for (Estimate& other : out.estimates) other = inverse(other);
-  if (e.offset) {
-    const ClockMap<ReferenceClock, SensorClock> back = inverse(e.clock_map());
-    const auto& piece = back.pieces().front();
-    out.epoch = from_ns(to_ns(piece.epoch));
-    out.offset = piece.offset;
-    out.sigma_s = std::sqrt(piece.offset_var_s2);
-    if (e.drift) out.drift = piece.drift;
-    if (e.drift_sigma) out.drift_sigma = std::sqrt(piece.drift_var);
-  }
-  if (e.T_reference_sensor) out.T_reference_sensor = e.T_reference_sensor->inverse();
-  return out;
-}
-
 Outcome align(const AlignJob& job) {
   Outcome out;
   std::vector<std::string> notes;

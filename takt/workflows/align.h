@@ -30,7 +30,4 @@ struct Outcome {
 
 [[nodiscard]] Outcome align(const AlignJob& job);
 
-/// The same relation with the roles exchanged.
-[[nodiscard]] Estimate inverse(const Estimate& e);
-
 }  // namespace takt

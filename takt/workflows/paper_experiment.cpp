@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "takt/estimators/pendulum/pendulum.h"
-#include "takt/simulation/parallel.h"
+#include "takt/math/parallel.h"
 #include "takt/simulation/pendulum_rig.h"
 
 namespace takt {

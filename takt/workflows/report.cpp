@@ -10,10 +10,10 @@ std::string report_page(const std::vector<Estimate>& results, const std::vector<
   return html_report(results, {.names = names});
 }
 
-std::string repeatability_words(const std::vector<Estimate>& results) {
+std::string repeatability_words(const std::vector<Estimate>& results, const std::vector<std::string>& names) {
   std::string out;
   for (const Repeatability& r : repeatability(results))
-    out += r.sensor + " against " + r.reference + ": " + in_words(r) + "\n";
+    out += r.sensor + " against " + r.reference + ": " + in_words(r, names) + "\n";
   return out;
 }
 

@@ -11,7 +11,8 @@ namespace takt {
 [[nodiscard]] std::string report_page(const std::vector<Estimate>& results, const std::vector<std::string>& names);
 
 /// How far several results of the same pair of sensors agree: a line a pair, or one JSON object.
-[[nodiscard]] std::string repeatability_words(const std::vector<Estimate>& results);
+[[nodiscard]] std::string repeatability_words(const std::vector<Estimate>& results,
+                                              const std::vector<std::string>& names = {});
 [[nodiscard]] std::string repeatability_json(const std::vector<Estimate>& results);
 
 }  // namespace takt

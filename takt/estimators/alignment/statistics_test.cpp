@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "takt/estimators/alignment/alignment.h"
-#include "takt/simulation/parallel.h"
+#include "takt/math/parallel.h"
 #include "tests/alignment_cases.h"
 
 namespace takt {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/simulation/parallel.h"
+#include "takt/math/parallel.h"
 
 #include <algorithm>
 #include <atomic>

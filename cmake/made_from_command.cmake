@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+# Completions and manual pages, as the command itself describes its verbs.
+# cmake -D TAKT=path/to/takt -D OUT=folder -P made_from_command.cmake
+file(MAKE_DIRECTORY ${OUT}/man1)
+foreach(pair "bash;takt.bash" "zsh;_takt" "fish;takt.fish")
+  list(GET pair 0 shell)
+  list(GET pair 1 file)
+  execute_process(COMMAND ${TAKT} completion ${shell} OUTPUT_FILE ${OUT}/${file} COMMAND_ERROR_IS_FATAL ANY)
+endforeach()
+
+find_program(HELP2MAN help2man)
+if(NOT HELP2MAN)
+  message(STATUS "no help2man here: no manual pages")
+  return()
+endif()
+execute_process(COMMAND ${TAKT} --help OUTPUT_VARIABLE help COMMAND_ERROR_IS_FATAL ANY)
+string(REGEX REPLACE ".*Subcommands:" "" help "${help}")
+string(REGEX MATCHALL "\n  [a-z]+ " verbs "${help}")
+set(see_also "")
+foreach(verb ${verbs})
+  string(STRIP "${verb}" verb)
+  list(APPEND see_also "takt-${verb}(1)")
+endforeach()
+list(JOIN see_also ", " see_also)
+file(WRITE ${OUT}/also.txt "[see also]\n${see_also}; the documentation in /usr/share/doc/takt\n")
+
+execute_process(COMMAND ${TAKT} --version OUTPUT_VARIABLE version COMMAND_ERROR_IS_FATAL ANY)
+string(REGEX MATCH "[0-9]+[.][0-9]+[.][0-9]+" version "${version}")
+function(page name command about)
+  execute_process(COMMAND ${HELP2MAN} --no-info --no-discard-stderr --section=1 "--name=${about}"
+      "--version-string=${name} (takt) ${version}" --include=${OUT}/also.txt --output=${OUT}/man1/${name}.1 "${command}" COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+page(takt ${TAKT} "find, track and remove the time offset between cameras, IMUs and GNSS receivers")
+foreach(verb ${verbs})
+  string(STRIP "${verb}" verb)
+  execute_process(COMMAND ${TAKT} ${verb} --help OUTPUT_VARIABLE said COMMAND_ERROR_IS_FATAL ANY)
+  string(REGEX MATCH "^[^\n]*" about "${said}")
+  page(takt-${verb} "${TAKT} ${verb}" "${about}")
+endforeach()
