@@ -192,7 +192,8 @@ struct OffsetTracker::State {
                                  : "the offset is not observable: rate and velocity do not change";
       return;
     }
-    if (find_offsets() || guess_offsets()) find_motion();
+    guessed = !find_offsets();
+    if (!guessed || guess_offsets()) find_motion();
   }
 
   void learn_from_rest() {
@@ -448,6 +449,8 @@ struct OffsetTracker::State {
         else
           out.reasons.push_back(words);
       }
+      if (guessed)
+        weak("no rotation stood out in the beginning, so the search began at the given offset: turn more");
       if (excitation.one_axis())
         weak("the rig turns about one axis only: the camera's mounting about it is not observable");
       if (t_motion_s - t_started_s < least_tracked_s) weak("the motion has only just begun");
@@ -485,6 +488,7 @@ struct OffsetTracker::State {
   Counts counted;
   std::size_t broken = 0, failed_motions = 0;
   bool running = false;
+  bool guessed = false;  ///< no rotation stood out: the first offset was the given one
   double next_try_s = 0, t_motion_s = 0, t_started_s = 0, t_lost_s = 0;
   std::optional<double> held_since_s;
   std::string why;
