@@ -37,7 +37,9 @@ std::string table_of_methods(const Estimate& e, bool colour) {
   for (const Estimate& other : e.estimates) {
     const std::string offset = other.answered() ? time_words(*other.offset, other.sigma_s) : "no answer";
     const std::string why = other.reasons.empty() ? "" : other.reasons.front();
-    const std::string name = other.reference == e.reference ? other.method : other.method + ", " + other.reference;
+    const std::string name = other.reference.empty() || other.reference == e.reference
+                                 ? other.method
+                                 : other.method + ", " + other.reference;
     cells.push_back({name, offset, to_string(other.verdict), why});
     paint.push_back(colour_of(other.verdict));
   }

@@ -11,7 +11,6 @@
 
 #include "cli/interrupt.h"
 #include "cli/output.h"
-#include "takt/recording/kalibr_files.h"
 #include "takt/workflows/print_target.h"
 
 namespace takt::cli {
@@ -60,7 +59,7 @@ int print(const TargetLine& line, const Common& common) {
     return 2;
   }
   write_file(common.output, printed.pdf);
-  write_file(yaml, write_kalibr_target(target));
+  write_file(yaml, printed.yaml);
   if (common.json)
     fmt::print(
         "{{\"pdf\": \"{}\", \"target\": \"{}\", \"width_mm\": {:.3f}, \"height_mm\": {:.3f}, \"page_mm\": [{:.0f}, "

@@ -16,6 +16,10 @@ write_basic_package_version_file(taktConfigVersion.cmake COMPATIBILITY SameMinor
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/taktConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/taktConfigVersion.cmake
   DESTINATION ${config_dir} COMPONENT dev)
 
+if(NOT TARGET takt_cli)
+  return()  # the fuzz preset has no command
+endif()
+
 # What a shell completes, and the manual, are made from the command itself.
 set(made ${PROJECT_BINARY_DIR}/made)
 install(CODE "execute_process(COMMAND ${CMAKE_COMMAND} -D TAKT=$<TARGET_FILE:takt_cli> -D OUT=${made}

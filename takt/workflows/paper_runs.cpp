@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "takt/estimators/pendulum/pendulum.h"
-#include "takt/signals/dial/dial_angle.h"
 #include "takt/math/parallel.h"
+#include "takt/signals/dial/dial_angle.h"
 #include "takt/simulation/pendulum_film.h"
 
 namespace takt::paper {

@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
 #include <stdexcept>
 
 namespace takt {
@@ -69,11 +70,13 @@ std::string Pdf::bytes() const {
   object("<< /Type /Catalog /Pages 2 0 R /ViewerPreferences << /PrintScaling /None >> >>");
   object(fmt::format("<< /Type /Pages /Kids [{}] /Count {} >>", kids, pages_.size()));
   object("<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica /Encoding /WinAnsiEncoding >>");
+  // Rounded down: a page that is a hair too wide is rasterised with one more column.
+  const auto page = [](double mm) { return std::floor(1e4 * pt(mm)) / 1e4; };
   for (std::size_t i = 0; i < pages_.size(); ++i) {
     object(
         fmt::format("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 {:.4f} {:.4f}] /Contents {} 0 R "
                     "/Resources << /Font << /F1 3 0 R >> >> >>",
-                    pt(width_mm_), pt(height_mm_), 5 + 2 * i));
+                    page(width_mm_), page(height_mm_), 5 + 2 * i));
     object(fmt::format("<< /Length {} >>\nstream\n{}endstream", pages_[i].size(), pages_[i]));
   }
   const std::size_t table = out.size();

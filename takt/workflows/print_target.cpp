@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "takt/recording/kalibr_files.h"
 #include "takt/workflows/pdf.h"
 
 namespace takt {
@@ -100,7 +101,7 @@ PrintedTarget print_target(const Target& target, const std::optional<PaperSize>&
       left, bottom - 5, 3.2,
       fmt::format("This ruler is {:.0f} mm long: measure it before you trust the board. Print at 100 %.", ruler_mm));
   pdf.text(left, bottom - 10, 3.2, "takt target: " + std::visit(Describe{}, target));
-  return {pdf.bytes(), size.x(), size.y(), page.width_mm, page.height_mm};
+  return {pdf.bytes(), write_kalibr_target(target), size.x(), size.y(), page.width_mm, page.height_mm};
 }
 
 }  // namespace takt

@@ -10,6 +10,7 @@ namespace takt {
 
 struct PrintedTarget {
   std::string pdf;
+  std::string yaml;                    ///< its description for takt calibrate and Kalibr
   double width_mm = 0, height_mm = 0;  ///< of the ink
   double page_width_mm = 0, page_height_mm = 0;
 };

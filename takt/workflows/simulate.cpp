@@ -6,8 +6,8 @@
 #include <array>
 #include <filesystem>
 
-#include "takt/simulation/clock_rig.h"
 #include "takt/recording/kalibr_files.h"
+#include "takt/simulation/clock_rig.h"
 #include "takt/simulation/folder_writer.h"
 #include "takt/simulation/handheld_parameters.h"
 #include "takt/simulation/pendulum_film.h"
@@ -173,8 +173,6 @@ Estimate write_target(const SimulationRequest& request) {
 }
 
 const std::array<SimulationKind, 5> kinds{{
-    {"clock", "a counter with a 1PPS, a GNSS receiver's messages, and exchanges with a host",
-     [] { return parameters(ClockParameters{}); }, write_clock},
     {"handheld", "a camera and an IMU in a hand or on a vehicle, in a textured room",
      [] { return parameters(HandheldParameters{}); }, write_handheld},
     {"rig", "a camera and an IMU on a robot or a car that stops every now and then", [] { return parameters(robot()); },
@@ -183,6 +181,8 @@ const std::array<SimulationKind, 5> kinds{{
      [] { return parameters(PendulumParameters{}); }, write_pendulum},
     {"target", "cameras and an IMU moved before a calibration board, as for Kalibr",
      [] { return parameters(TargetParameters{}); }, write_target},
+    {"clock", "a counter with a 1PPS, a GNSS receiver's messages, and exchanges with a host",
+     [] { return parameters(ClockParameters{}); }, write_clock},
 }};
 
 }  // namespace

@@ -45,15 +45,21 @@ TEST(ImuLink, IsSatisfiedByDeadReckoning) {
 
 TEST(ImuLink, FollowsTheBiasesToFirstOrder) {
   const ImuHistory imu = lively_imu();
-  Motion from = some_motion();
-  const ImuLink link(imu, 0.1, 0.43, from, noise);
-  from.gyro_bias += Vec3(5e-4, -3e-4, 4e-4), from.accel_bias += Vec3(-4e-3, 2e-3, 3e-3);
-  EXPECT_FALSE(link.stale(from));
-  Motion to = from;
-  propagate(to, imu, 0.1, 0.43, noise, nullptr);
-  EXPECT_LT(link.residual(from, to).norm(), 2e-7);  // what is left is of second order
-  from.gyro_bias += Vec3(0.1, 0, 0);
-  EXPECT_TRUE(link.stale(from));
+  const ImuLink link(imu, 0.1, 0.43, some_motion(), noise);
+  const auto left_after = [&](double share) {
+    Motion from = some_motion();
+    from.gyro_bias += share * Vec3(1e-3, -6e-4, 8e-4), from.accel_bias += share * Vec3(-8e-3, 4e-3, 6e-3);
+    EXPECT_FALSE(link.stale(from));
+    Motion to = from;
+    propagate(to, imu, 0.1, 0.43, noise, nullptr);
+    return link.residual(from, to).norm();
+  };
+  // What is left is of second order: half the change leaves a quarter.
+  EXPECT_GT(left_after(1), 1e-9);
+  EXPECT_NEAR(left_after(0.5) / left_after(1), 0.25, 0.02);
+  Motion far = some_motion();
+  far.gyro_bias += Vec3(0.1, 0, 0);
+  EXPECT_TRUE(link.stale(far));
 }
 
 TEST(ImuLink, HasTheRightDerivatives) {
