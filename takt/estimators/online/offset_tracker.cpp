@@ -25,7 +25,8 @@ namespace {
 /// One row a method.
 const std::vector<MethodRow>& method_table() {
   static const std::vector<MethodRow> table{
-      {"filter", [](const TrackingRig& rig, const TrackingOptions& options) -> std::unique_ptr<OffsetMethod> {
+      {"filter",
+       [](const TrackingRig& rig, const TrackingOptions& options) -> std::unique_ptr<OffsetMethod> {
          return std::make_unique<Msckf>(rig, options);
        }},
       {"window", [](const TrackingRig& rig, const TrackingOptions& options) -> std::unique_ptr<OffsetMethod> {
@@ -79,10 +80,6 @@ struct CameraState {
   bool offset_found = false;
 };
 
-ImuNoise noise_of(const TrackingRig& rig) {
-  return rig.imu_noise.value_or(ImuNoise{5e-4, 5e-5, 5e-3, 5e-3});
-}
-
 }  // namespace
 
 const char* to_string(TrackingState s) {
@@ -109,7 +106,7 @@ struct OffsetTracker::State {
         options(std::move(o)),
         turns(std::move(t)),
         method(find_method(options.method).make(rig, options)),
-        excitation(noise_of(rig)),
+        excitation(imu_noise_of(rig)),
         cameras(rig.cameras.size()) {
     for (std::size_t c = 0; c < cameras.size(); ++c) {
       const TrackingCamera& from = rig.cameras[c];
@@ -449,8 +446,7 @@ struct OffsetTracker::State {
         else
           out.reasons.push_back(words);
       }
-      if (guessed)
-        weak("no rotation stood out in the beginning, so the search began at the given offset: turn more");
+      if (guessed) weak("no rotation stood out in the beginning, so the search began at the given offset: turn more");
       if (excitation.one_axis())
         weak("the rig turns about one axis only: the camera's mounting about it is not observable");
       if (t_motion_s - t_started_s < least_tracked_s) weak("the motion has only just begun");

@@ -36,4 +36,11 @@ struct TrackingRig {
   std::vector<TrackingCamera> cameras;
 };
 
+/// The rig's IMU noise; a usual MEMS sensor's where the recording does not say.
+[[nodiscard]] inline ImuNoise imu_noise_of(const TrackingRig& rig) {
+  constexpr ImuNoise usual{
+      .gyro_density = 5e-4, .gyro_random_walk = 5e-5, .accel_density = 5e-3, .accel_random_walk = 5e-3};
+  return rig.imu_noise.value_or(usual);
+}
+
 }  // namespace takt

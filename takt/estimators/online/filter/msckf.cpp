@@ -11,21 +11,14 @@ namespace takt::online {
 
 namespace {
 
-/// A usual MEMS sensor, where the recording does not say.
-constexpr ImuNoise usual_noise{
-    .gyro_density = 5e-4, .gyro_random_walk = 5e-5, .accel_density = 5e-3, .accel_random_walk = 5e-3};
 /// Clones kept for one camera, and for each further one.
 constexpr std::size_t clones_of_first = 16, clones_of_others = 10;
 constexpr std::size_t fewest_sightings = 3;
-/// How clocks wander besides a constant drift: white phase steps (s/√s) and a drift that walks (1/√s).
-constexpr double offset_walk = 3e-7, drift_walk = 2e-8;
 constexpr double extrinsic_turn_sigma = 5e-3, extrinsic_shift_sigma = 5e-3;
 constexpr double intrinsics_sigma_px = 5;
 /// A followed corner's error persists from picture to picture, which its scatter does not show.
 constexpr double measured_widened = 1.5;
 constexpr double still_speed_sigma = 0.01;
-/// Odds at the start that a camera's clock is the IMU's own, so that nothing drifts.
-constexpr double no_drift_odds = 1;
 
 /// Wilson and Hilferty's quantile of χ² at 3.1 σ: one good feature in a thousand is refused.
 double most_squares(int rows) {
@@ -36,7 +29,7 @@ double most_squares(int rows) {
 }  // namespace
 
 Msckf::Msckf(const TrackingRig& rig, const TrackingOptions& options)
-    : rig_(rig), options_(options), noise_(rig.imu_noise.value_or(usual_noise)) {
+    : rig_(rig), options_(options), noise_(imu_noise_of(rig)) {
   lay_out_state();
 }
 
@@ -66,7 +59,7 @@ void Msckf::start(const FirstMotion& first) {
   R_first_ = now_.R, p_first_ = now_.p, v_first_ = now_.v;
   clones_.clear();
   for (auto& of_camera : tracks_) of_camera.clear();
-  offset_corrections_.clear();
+  step_watch_.clear();
   stepped_ = false;
   P_.setZero(clones_begin_, clones_begin_);
   P_.topLeftCorner<motion_size, motion_size>() = first.covariance;
@@ -331,26 +324,9 @@ void Msckf::correct(const Gathered& all, bool hold_offsets) {
     llt.matrixL().solveInPlace(W);
     P_.selfadjointView<Eigen::Lower>().rankUpdate(W.transpose(), -1);
     P_.triangularView<Eigen::StrictlyUpper>() = P_.transpose();
-    watch_for_step(error[watched], variance_before, P_(watched, watched));
+    stepped_ = step_watch_.observe(error[watched], variance_before, P_(watched, watched)) || stepped_;
   }
   move_state(error);
-}
-
-void Msckf::watch_for_step(double correction_s, double variance_before, double variance_after) {
-  constexpr std::size_t window = 40;
-  constexpr double surely = 6, shortest_step_s = 3e-4;
-  offset_corrections_.emplace_back(correction_s, variance_before - variance_after);
-  if (offset_corrections_.size() > window) offset_corrections_.pop_front();
-  // Corrections of an offset that stays are independent with the variances they take: their sum is judged.
-  double sum = 0, variance = 0;
-  std::size_t count = 0;
-  for (auto it = offset_corrections_.rbegin(); it != offset_corrections_.rend(); ++it) {
-    sum += it->first, variance += it->second;
-    if (++count < 5) continue;
-    const double information = variance / (variance_before * variance_before);
-    const double step_s = variance > 0 ? sum / (variance_before * information) : 0;
-    if (sum * sum > surely * surely * variance && std::abs(step_s) > shortest_step_s) stepped_ = true;
-  }
 }
 
 void Msckf::stand_still(double dt_s, const ImuHistory& imu) {
@@ -426,20 +402,8 @@ OffsetBelief Msckf::belief(std::size_t camera) const {
   b.line_delay_s = c.line_delay_s;
   if (c.at_line_delay >= 0) b.line_delay_sigma_s = std::sqrt(P_(c.at_line_delay, c.at_line_delay));
   b.extrinsics = c.extrinsics;
-  // Two clocks either run apart or are one. Conditioning on no drift is exact, and how likely it is follows from the
-  // density at zero after and before the data [Dickey1971].
-  const double var = P_(c.at_offset, c.at_offset), drift_var = P_(c.at_drift, c.at_drift);
-  const double cov = P_(c.at_offset, c.at_drift), prior_sigma = 1e-6 * options_.drift_sigma_ppm;
-  const double still_offset = c.offset_s - cov / drift_var * c.drift;
-  const double still_var = std::max(var - cov * cov / drift_var, 0.0);
-  const double log_odds =
-      std::log(no_drift_odds * prior_sigma) - 0.5 * std::log(drift_var) - 0.5 * c.drift * c.drift / drift_var;
-  const double w = 1 / (1 + std::exp(-log_odds));
-  b.offset_s = w * still_offset + (1 - w) * c.offset_s;
-  const double apart = still_offset - c.offset_s;
-  b.sigma_s = std::sqrt(w * still_var + (1 - w) * var + w * (1 - w) * apart * apart);
-  b.drift = (1 - w) * c.drift;
-  b.drift_sigma = std::sqrt((1 - w) * drift_var + w * (1 - w) * c.drift * c.drift);
+  believe({c.offset_s, c.drift, P_(c.at_offset, c.at_offset), P_(c.at_offset, c.at_drift), P_(c.at_drift, c.at_drift)},
+          1e-6 * options_.drift_sigma_ppm, b);
   return b;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "takt/estimators/online/method.h"
+#include "takt/estimators/online/moving_offset.h"
 
 namespace takt::online {
 
@@ -69,7 +70,6 @@ class Msckf : public OffsetMethod {
   void forget_oldest_clone();
   [[nodiscard]] int place_of(std::int64_t clone_id) const;
   [[nodiscard]] std::size_t most_clones() const;
-  void watch_for_step(double correction_s, double variance_before, double variance_after);
 
   TrackingRig rig_;
   TrackingOptions options_;
@@ -86,7 +86,7 @@ class Msckf : public OffsetMethod {
   std::int64_t next_clone_ = 0;
   std::vector<std::map<std::int64_t, Track>> tracks_;  ///< by camera
   double misfit_ = 1;
-  std::deque<std::pair<double, double>> offset_corrections_;  ///< of camera 0, with the variance they took
+  StepWatch step_watch_;  ///< of camera 0
   bool stepped_ = false;
 };
 

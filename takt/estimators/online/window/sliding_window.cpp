@@ -13,8 +13,6 @@ namespace takt::online {
 
 namespace {
 
-constexpr ImuNoise usual_noise{
-    .gyro_density = 5e-4, .gyro_random_walk = 5e-5, .accel_density = 5e-3, .accel_random_walk = 5e-3};
 constexpr std::size_t window_states = 12;
 /// A camera's frames closer than this to its one before are passed over: the window shall span a second.
 constexpr double least_spacing_s = 0.07;
@@ -23,11 +21,9 @@ constexpr double same_instant_s = 0.005;
 constexpr std::size_t fewest_sightings = 3, most_active = 70;
 constexpr int most_iterations = 4;
 constexpr double huber = 2.5;  ///< σ
-constexpr double offset_walk = 3e-7, drift_walk = 2e-8;
 constexpr double extrinsic_turn_sigma = 5e-3, extrinsic_shift_sigma = 5e-3, intrinsics_sigma_px = 5;
 constexpr double still_speed_sigma = 0.01, still_gyro_sigma = 1e-3;
 constexpr double recentre_s = 5e-4;
-constexpr double no_drift_odds = 1;
 
 /// Offsets in ms and drifts in ppm inside the system, so that its entries are of like size.
 constexpr double ms = 1e-3, ppm = 1e-6;
@@ -53,7 +49,7 @@ Vec15 difference(const Motion& a, const Motion& b) {
 }  // namespace
 
 SlidingWindow::SlidingWindow(const TrackingRig& rig, const TrackingOptions& options)
-    : rig_(rig), options_(options), noise_(rig.imu_noise.value_or(usual_noise)) {
+    : rig_(rig), options_(options), noise_(imu_noise_of(rig)) {
   lay_out();
 }
 
@@ -79,7 +75,7 @@ void SlidingWindow::lay_out() {
 void SlidingWindow::start(const FirstMotion& first) {
   states_.clear();
   for (auto& of_camera : tracks_) of_camera.clear();
-  corrections_.clear();
+  step_watch_.clear();
   last_taken_s_.assign(cameras_.size(), -std::numeric_limits<double>::infinity());
   fitted_ = 0, marginalised_ = false, broken_ = false, stepped_ = false, misfit_ = 1;
 
@@ -107,7 +103,8 @@ void SlidingWindow::start(const FirstMotion& first) {
       diagonal.segment<3>(c.at_extrinsics + 3).setConstant(squared(1 / extrinsic_shift_sigma));
     }
     if (c.at_intrinsics >= 0) diagonal.segment<4>(c.at_intrinsics).setConstant(squared(1 / intrinsics_sigma_px));
-    covariances_[i] = {squared(from.offset_sigma_s), 0, squared(ppm * options_.drift_sigma_ppm)};
+    covariances_[i] = {from.offset_s, from.drift, squared(from.offset_sigma_s), 0,
+                       squared(ppm * options_.drift_sigma_ppm)};
     beliefs_[i] = {};
     beliefs_[i].offset_s = from.offset_s, beliefs_[i].sigma_s = from.offset_sigma_s;
     beliefs_[i].line_delay_s = from.line_delay_s, beliefs_[i].line_delay_sigma_s = from.line_delay_sigma_s;
@@ -138,10 +135,10 @@ FrameReport SlidingWindow::observe(const BearingFrame& frame, const ImuHistory& 
   report.used = true;
   report.t_imu_s = states_.back().t_s;
   const double before_s = states_.back().clocks.front().offset_s;
-  const ClockCovariance& known = covariances_.front();
+  const OffsetAndDrift& known = covariances_.front();
   const double variance_before =
-      known.offset +
-      (joins ? 0 : 2 * dt_s * known.offset_drift + dt_s * dt_s * known.drift + dt_s * squared(offset_walk));
+      known.offset_variance +
+      (joins ? 0 : 2 * dt_s * known.covariance + dt_s * dt_s * known.drift_variance + dt_s * squared(offset_walk));
   if (frame.still) {
     states_.back().still = true;
   } else {
@@ -155,7 +152,9 @@ FrameReport SlidingWindow::observe(const BearingFrame& frame, const ImuHistory& 
   } else {
     while (states_.size() > window_states) marginalise(0);
   }
-  if (frame.observable && !frame.still) watch_for_step(before_s, variance_before);
+  if (frame.observable && !frame.still)
+    stepped_ = step_watch_.observe(states_.back().clocks.front().offset_s - before_s, variance_before,
+                                   covariances_.front().offset_variance);
   report.stepped = std::exchange(stepped_, false);
   report.lost = broken_ || misfit_ > 10;
   return report;
@@ -616,7 +615,8 @@ void SlidingWindow::learn_beliefs(const Normals& normals) {
     Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(size(), 2);
     unit(at + at_offset, 0) = 1, unit(at + at_drift, 1) = 1;
     const Eigen::MatrixXd columns = llt.solve(unit);
-    covariances_[i] = {ms * ms * columns(at + at_offset, 0), ms * ppm * columns(at + at_drift, 0),
+    const Clock& k = states_.back().clocks[i];
+    covariances_[i] = {k.offset_s, k.drift, ms * ms * columns(at + at_offset, 0), ms * ppm * columns(at + at_drift, 0),
                        ppm * ppm * columns(at + at_drift, 1)};
     if (const int ld = cameras_[i].at_line_delay; ld >= 0) {
       Eigen::VectorXd one = Eigen::VectorXd::Unit(size(), ld);
@@ -699,40 +699,13 @@ void SlidingWindow::marginalise(std::size_t gone) {
   marginalised_ = true;
 }
 
-void SlidingWindow::watch_for_step(double before_s, double variance_before) {
-  constexpr std::size_t window = 40;
-  constexpr double surely = 6, shortest_step_s = 3e-4;
-  const double variance_after = covariances_.front().offset;
-  corrections_.emplace_back(states_.back().clocks.front().offset_s - before_s,
-                            std::max(0.0, variance_before - variance_after));
-  if (corrections_.size() > window) corrections_.pop_front();
-  // Corrections of an offset that stays are independent with the variances they take: their sum is judged.
-  double sum = 0, variance = 0;
-  std::size_t count = 0;
-  for (auto it = corrections_.rbegin(); it != corrections_.rend(); ++it) {
-    sum += it->first, variance += it->second;
-    if (++count < 5) continue;
-    const double step_s = variance > 0 ? sum * variance_before / variance : 0;
-    if (sum * sum > squared(surely) * variance && std::abs(step_s) > shortest_step_s) stepped_ = true;
-  }
-}
-
 OffsetBelief SlidingWindow::belief(std::size_t camera) const {
-  const Clock& k = states_.back().clocks[camera];
-  const ClockCovariance& P = covariances_[camera];
   OffsetBelief b = beliefs_[camera];
   b.line_delay_s = cameras_[camera].line_delay_s;
   b.extrinsics = cameras_[camera].extrinsics;
-  const double prior_sigma = ppm * options_.drift_sigma_ppm;
-  const double still_offset = k.offset_s - P.offset_drift / P.drift * k.drift;
-  const double still_variance = std::max(P.offset - squared(P.offset_drift) / P.drift, 0.0);
-  const double log_odds =
-      std::log(no_drift_odds * prior_sigma) - 0.5 * std::log(P.drift) - 0.5 * squared(k.drift) / P.drift;
-  const double w = 1 / (1 + std::exp(-log_odds));
-  b.offset_s = w * still_offset + (1 - w) * k.offset_s;
-  b.sigma_s = std::sqrt(w * still_variance + (1 - w) * P.offset + w * (1 - w) * squared(still_offset - k.offset_s));
-  b.drift = (1 - w) * k.drift;
-  b.drift_sigma = std::sqrt((1 - w) * P.drift + w * (1 - w) * squared(k.drift));
+  OffsetAndDrift now = covariances_[camera];
+  now.offset_s = states_.back().clocks[camera].offset_s, now.drift = states_.back().clocks[camera].drift;
+  believe(now, ppm * options_.drift_sigma_ppm, b);
   return b;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "takt/estimators/online/method.h"
+#include "takt/estimators/online/moving_offset.h"
 #include "takt/estimators/online/window/imu_link.h"
 
 namespace takt::online {
@@ -132,7 +133,6 @@ class SlidingWindow : public OffsetMethod {
   [[nodiscard]] std::optional<Landmark> triangulated(std::size_t camera, const Track& track) const;
   /// Takes state i out of the window: what it and, for the oldest, its tracks say becomes part of the prior.
   void marginalise(std::size_t i);
-  void watch_for_step(double before_s, double variance_before);
 
   TrackingRig rig_;
   TrackingOptions options_;
@@ -149,11 +149,8 @@ class SlidingWindow : public OffsetMethod {
   double misfit_ = 1;
   bool broken_ = false, stepped_ = false;
   std::vector<OffsetBelief> beliefs_;
-  struct ClockCovariance {
-    double offset = 0, offset_drift = 0, drift = 0;
-  };
-  std::vector<ClockCovariance> covariances_;
-  std::deque<std::pair<double, double>> corrections_;
+  std::vector<OffsetAndDrift> covariances_;  ///< of the newest state's clocks
+  StepWatch step_watch_;                     ///< of camera 0
 };
 
 }  // namespace takt::online

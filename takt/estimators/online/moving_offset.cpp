@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/estimators/online/moving_offset.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace takt::online {
+
+namespace {
+
+/// Odds at the start that a camera's clock is the IMU's own, so that nothing drifts.
+constexpr double no_drift_odds = 1;
+
+}  // namespace
+
+void believe(const OffsetAndDrift& x, double drift_sigma, OffsetBelief& b) {
+  // Two clocks either run apart or are one. Conditioning on no drift is exact, and how likely it is follows from the
+  // density at zero after and before the data [Dickey1971].
+  const double var = x.offset_variance, drift_var = x.drift_variance;
+  const double still_offset = x.offset_s - x.covariance / drift_var * x.drift;
+  const double still_var = std::max(var - x.covariance * x.covariance / drift_var, 0.0);
+  const double log_odds =
+      std::log(no_drift_odds * drift_sigma) - 0.5 * std::log(drift_var) - 0.5 * x.drift * x.drift / drift_var;
+  const double w = 1 / (1 + std::exp(-log_odds));
+  b.offset_s = w * still_offset + (1 - w) * x.offset_s;
+  const double apart = still_offset - x.offset_s;
+  b.sigma_s = std::sqrt(w * still_var + (1 - w) * var + w * (1 - w) * apart * apart);
+  b.drift = (1 - w) * x.drift;
+  b.drift_sigma = std::sqrt((1 - w) * drift_var + w * (1 - w) * x.drift * x.drift);
+}
+
+bool StepWatch::observe(double correction_s, double variance_before, double variance_after) {
+  constexpr std::size_t window = 40, shortest = 5;
+  constexpr double surely = 6, shortest_step_s = 3e-4;
+  corrections_.emplace_back(correction_s, std::max(0.0, variance_before - variance_after));
+  if (corrections_.size() > window) corrections_.pop_front();
+  double sum = 0, variance = 0;
+  std::size_t count = 0;
+  bool stepped = false;
+  for (auto it = corrections_.rbegin(); it != corrections_.rend(); ++it) {
+    sum += it->first, variance += it->second;
+    if (++count < shortest || !(variance > 0)) continue;
+    // The correction is that share of a step which the data outweigh what was known.
+    const double step_s = sum * variance_before / variance;
+    stepped = stepped || (sum * sum > surely * surely * variance && std::abs(step_s) > shortest_step_s);
+  }
+  return stepped;
+}
+
+}  // namespace takt::online

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <deque>
+#include <utility>
+
+#include "takt/estimators/online/method.h"
+
+/// What the methods share about an offset that may move.
+namespace takt::online {
+
+/// How clocks wander besides a constant drift: white phase steps (s/√s) and a drift that walks (1/√s).
+constexpr double offset_walk = 3e-7, drift_walk = 2e-8;
+
+/// Offset and drift as a method has them, with their covariance.
+struct OffsetAndDrift {
+  double offset_s = 0, drift = 0;
+  double offset_variance = 0, covariance = 0, drift_variance = 0;
+};
+/// What is believed of the offset when the two clocks may also be one, in which case nothing drifts: a mixture of both.
+/// `drift_sigma`: of the drift before there were data.
+void believe(const OffsetAndDrift& now, double drift_sigma, OffsetBelief& belief);
+
+/// Notices that an offset has jumped: corrections of one that stays are independent, with the variances they take, so
+/// their sum over any of the last stretches is judged.
+class StepWatch {
+ public:
+  void clear() { corrections_.clear(); }
+  /// True where the offset must have stepped.
+  [[nodiscard]] bool observe(double correction_s, double variance_before, double variance_after);
+
+ private:
+  std::deque<std::pair<double, double>> corrections_;  ///< with the variance they took
+};
+
+}  // namespace takt::online
