@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
+#include "takt/error.h"
+
 namespace takt {
 namespace {
 
@@ -67,6 +69,51 @@ TEST(Exports, KalibrAddsItToTheCamera) {
   EXPECT_EQ(cam["intrinsics"][1].as<double>(), 457.296);
   EXPECT_EQ(cam["distortion_coeffs"][3].as<double>(), 1.76187114e-05);
   EXPECT_EQ(cam["resolution"][1].as<int>(), 480);
+}
+
+TEST(Exports, KalibrGetsEveryModelWithItsNumbersInItsOrder) {
+  CameraModel m = camera();
+  m.coeffs = {1e-5, -2e-6, 0, 3e-7};
+  m.shape = {1.25, 0};
+  m.projection = Projection::omni;
+  const std::string text = export_kalibr(camera_to_imu(answer(), m)).text;
+  const YAML::Node omni = yaml(text)["cam0"];
+  EXPECT_EQ(omni["camera_model"].as<std::string>(), "omni");
+  EXPECT_EQ(omni["intrinsics"].as<std::vector<double>>(),
+            (std::vector<double>{1.25, 458.654, 457.296, 367.215, 248.375}));
+  EXPECT_EQ(omni["distortion_coeffs"].as<std::vector<double>>(), (std::vector<double>{1e-5, -2e-6, 0, 3e-7}));
+  EXPECT_NE(text.find("[1.0e-05, -2.0e-06, 0.0, 3.0e-07]"), std::string::npos) << text;  // PyYAML: 1e-05 is a word
+
+  m.projection = Projection::double_sphere;
+  m.shape = {-0.2, 0.6};
+  m.distortion = Distortion::none;
+  const YAML::Node ds = yaml(export_kalibr(camera_to_imu(answer(), m)).text)["cam0"];
+  EXPECT_EQ(ds["camera_model"].as<std::string>(), "ds");
+  EXPECT_EQ(ds["intrinsics"].size(), 6u);
+  EXPECT_EQ(ds["intrinsics"][1].as<double>(), 0.6);
+  EXPECT_EQ(ds["distortion_model"].as<std::string>(), "none");
+  EXPECT_EQ(ds["distortion_coeffs"].size(), 0u);
+
+  m.projection = Projection::pinhole;
+  m.distortion = Distortion::fov;
+  m.coeffs = {0.9};
+  const YAML::Node fov = yaml(export_kalibr(camera_to_imu(answer(), m)).text)["cam0"];
+  EXPECT_EQ(fov["distortion_model"].as<std::string>(), "fov");
+  EXPECT_EQ(fov["distortion_coeffs"].as<std::vector<double>>(), std::vector<double>{0.9});
+}
+
+TEST(Exports, OpenVinsRefusesLensesThatItWouldTakeForOthers) {
+  CameraModel m = camera();
+  m.distortion = Distortion::none;
+  m.coeffs = {};
+  const YAML::Node plain = yaml(export_openvins(camera_to_imu(answer(), m)).text)["cam0"];
+  EXPECT_EQ(plain["distortion_model"].as<std::string>(), "radtan");
+  EXPECT_EQ(plain["distortion_coeffs"].as<std::vector<double>>(), std::vector<double>(4, 0.0));
+  m.projection = Projection::eucm;
+  EXPECT_THROW((void)export_openvins(camera_to_imu(answer(), m)), Error);
+  m.projection = Projection::pinhole;
+  m.distortion = Distortion::fov;
+  EXPECT_THROW((void)export_openvins(camera_to_imu(answer(), m)), Error);
 }
 
 TEST(Exports, OpenVinsIsReadByOpencvAndByYaml) {
