@@ -29,6 +29,7 @@ CameraToImu with_its_lens(CameraToImu c) {
 Exported export_openvins(const CameraToImu& given) {
   const CameraToImu c = with_its_lens(given);
   std::string text = opencv_head + head_comment(c) + "cam0:\n" + kalibr_camera(c, 2);
+  text += mounting_comment(c);
   if (c.T_imu_cam) text += matrix_rows("T_imu_cam", *c.T_imu_cam, 2);
   text += fmt::format("  rostopic: \"{}\"\n  timeshift_cam_imu: {}\n", c.camera, seconds(c.shift_ns));
   text += fmt::format("# the starting value of estimator_config.yaml\ncalib_cam_timeoffset: {}\n", seconds(c.shift_ns));

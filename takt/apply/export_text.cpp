@@ -10,9 +10,21 @@
 
 namespace takt::export_text {
 
-std::string seconds(std::int64_t ns) {
+namespace {
+
+/// In units of `unit` ns with that many decimals.
+std::string decimal(std::int64_t ns, std::uint64_t unit, int decimals) {
   const auto magnitude = ns < 0 ? 0 - static_cast<std::uint64_t>(ns) : static_cast<std::uint64_t>(ns);
-  return fmt::format("{}{}.{:09}", ns < 0 ? "-" : "", magnitude / 1'000'000'000, magnitude % 1'000'000'000);
+  return fmt::format("{}{}.{:0{}}", ns < 0 ? "-" : "", magnitude / unit, magnitude % unit, decimals);
+}
+
+}  // namespace
+
+std::string seconds(std::int64_t ns) {
+  return decimal(ns, 1'000'000'000, 9);
+}
+std::string milliseconds(std::int64_t ns) {
+  return decimal(ns, 1'000'000, 6);
 }
 
 std::string number(double v) {
@@ -64,6 +76,10 @@ std::string kalibr_camera(const CameraToImu& c, int indent) {
   out += fmt::format("{}distortion_coeffs: {}\n", blanks, list({all.data() + lens, all.data() + all.size()}));
   out += fmt::format("{}resolution: [{}, {}]\n", blanks, m.width, m.height);
   return out;
+}
+
+std::string mounting_comment(const CameraToImu& c) {
+  return c.rotation_alone() ? "# the translation of the mounting was not found: put in your own\n" : "";
 }
 
 std::string head_comment(const CameraToImu& c) {

@@ -190,6 +190,32 @@ TEST(Exports, GyroflowHasTheOppositeSignAndFollowsTheDrift) {
   EXPECT_DOUBLE_EQ(json["stabilization"]["frame_readout_time"].get<double>(), 4.8);
 }
 
+TEST(Exports, GyroflowsMillisecondsAreExact) {
+  Estimate e = answer();
+  e.offset = Duration(12'300'000);
+  EXPECT_NE(exported("gyroflow", e).find(": -12.300000\n"), std::string::npos) << exported("gyroflow", e);
+}
+
+TEST(Exports, AMountingWithoutTranslationIsNotPassedOnInSilence) {
+  Estimate e = answer();
+  e.T_reference_sensor->topRightCorner<3, 1>().setZero();
+  const CameraToImu c = camera_to_imu(e, camera());
+  ASSERT_EQ(c.remarks.size(), 1u);
+  EXPECT_NE(c.remarks[0].find("no translation"), std::string::npos);
+  for (const char* name : {"kalibr", "openvins", "vins", "orbslam3", "kimera", "okvis"}) {
+    const std::string text = exported(name, e);
+    EXPECT_NE(text.find("# the translation of the mounting was not found"), std::string::npos) << name;
+    EXPECT_NO_THROW((void)yaml(text)) << name;
+    if (text.starts_with("%YAML")) {
+      EXPECT_TRUE(opencv(text).isOpened()) << name;
+    }
+    EXPECT_EQ(exported(name).find("not found"), std::string::npos) << name;
+  }
+  const cv::FileStorage vins = opencv(exported("openvins", e));
+  EXPECT_EQ(static_cast<double>(vins["cam0"]["T_imu_cam"][3][3]), 1);
+  EXPECT_EQ(static_cast<double>(vins["cam0"]["timeshift_cam_imu"]), shift_s);
+}
+
 TEST(Exports, AResultWithTheImuAsSensorIsTurnedRound) {
   Estimate e = answer();
   std::swap(e.sensor, e.reference);
