@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // speed_containers [GB] [FOLDER]: how fast a generated camera and IMU recording is read, against the speed at which
 // its bytes can be read, decompressed and copied by the libraries alone; how long `takt inspect` takes to open it; and
-// the memory that takes. CPU time, so that a busy machine tells the same.
+// the memory that takes. Wall time is what a user waits for, with chunks decompressed ahead on a second thread; CPU
+// time is what it costs, and what a busy machine tells the same.
 #include <fmt/core.h>
 #include <lz4frame.h>
 #include <sys/resource.h>
@@ -24,10 +25,19 @@ namespace {
 
 using namespace takt;
 
-double cpu_s() {
+struct Spent {
+  double wall_s = 0, cpu_s = 0;
+};
+double seconds_of(clockid_t clock) {
   timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  clock_gettime(clock, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+template <class Work>
+Spent spent_on(Work work) {
+  const double wall = seconds_of(CLOCK_MONOTONIC), cpu = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
+  work();
+  return {seconds_of(CLOCK_MONOTONIC) - wall, seconds_of(CLOCK_PROCESS_CPUTIME_ID) - cpu};
 }
 double peak_mb() {
   rusage u{};
@@ -108,28 +118,28 @@ struct Sizes {
 };
 
 /// Only read, decompress, copy: what no reader can go below.
-double libraries_alone(const ByteSource& bytes, const std::string& compression, const std::vector<Sizes>& sizes,
-                       const std::vector<std::uint64_t>& data_at) {
+Spent libraries_alone(const ByteSource& bytes, const std::string& compression, const std::vector<Sizes>& sizes,
+                      const std::vector<std::uint64_t>& data_at) {
   std::vector<std::byte> stored(8U << 20), plain(8U << 20), copy(8U << 20);
   LZ4F_dctx* lz4 = nullptr;
   LZ4F_createDecompressionContext(&lz4, LZ4F_VERSION);
   ZSTD_DCtx* zstd = ZSTD_createDCtx();
-  const double began = cpu_s();
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    const auto in = std::span(stored).first(sizes[i].stored);
-    if (!bytes.read(data_at[i], in)) std::abort();
-    const std::byte* from = stored.data();
-    if (compression == "lz4") {
-      std::size_t room = plain.size(), taken = in.size();
-      LZ4F_decompress(lz4, plain.data(), &room, in.data(), &taken, nullptr);
-      from = plain.data();
-    } else if (compression == "zstd") {
-      ZSTD_decompressDCtx(zstd, plain.data(), plain.size(), in.data(), in.size());
-      from = plain.data();
+  const Spent took = spent_on([&] {
+    for (std::size_t i = 0; i < sizes.size(); ++i) {
+      const auto in = std::span(stored).first(sizes[i].stored);
+      if (!bytes.read(data_at[i], in)) std::abort();
+      const std::byte* from = stored.data();
+      if (compression == "lz4") {
+        std::size_t room = plain.size(), taken = in.size();
+        LZ4F_decompress(lz4, plain.data(), &room, in.data(), &taken, nullptr);
+        from = plain.data();
+      } else if (compression == "zstd") {
+        ZSTD_decompressDCtx(zstd, plain.data(), plain.size(), in.data(), in.size());
+        from = plain.data();
+      }
+      std::memcpy(copy.data(), from, sizes[i].plain);
     }
-    std::memcpy(copy.data(), from, sizes[i].plain);
-  }
-  const double took = cpu_s() - began;
+  });
   LZ4F_freeDecompressionContext(lz4);
   ZSTD_freeDCtx(zstd);
   return took;
@@ -188,28 +198,28 @@ void measure(bool mcap, const std::string& compression, double gb, const std::st
   std::vector<std::byte> touch(1U << 20);  // into the page cache, for both sides alike
   for (std::uint64_t at = 0; at + touch.size() < bytes->size(); at += touch.size())
     if (!bytes->read(at, touch)) std::abort();
-  const double alone_s = libraries_alone(*bytes, compression, sizes, data_at);
+  const Spent alone = libraries_alone(*bytes, compression, sizes, data_at);
   forget_peak();
   std::uint64_t seen = 0;
   std::size_t messages = 0;
   std::vector<std::byte> copy(1U << 20);
-  double began = cpu_s();
-  const auto notes = file->visit([](const Channel&) { return whole_message; },
-                                 [&](const Message& m) {
-                                   std::memcpy(copy.data(), m.head.data(), m.head.size());
-                                   seen += m.head.size();
-                                   ++messages;
-                                 });
-  const double read_s = cpu_s() - began;
+  const Spent read = spent_on([&] {
+    (void)file->visit([](const Channel&) { return whole_message; },
+                      [&](const Message& m) {
+                        std::memcpy(copy.data(), m.head.data(), m.head.size());
+                        seen += m.head.size();
+                        ++messages;
+                      });
+  });
   const double read_mb = peak_mb();
-  began = cpu_s();
-  const Recording r = open_recording(path);
-  const double open_s = cpu_s() - began;
+  std::size_t pictures = 0;
+  const Spent opened = spent_on([&] { pictures = open_recording(path).cameras.at(0).size(); });
   fmt::print(
-      "{:5} {:5} {:.2f} GB, {} messages of {:.2f} GB: libraries alone {:.2f} s, takt {:.2f} s ({:.0f} %), {:.0f} MB; "
-      "inspect {:.2f} s ({} pictures, {} notes)\n",
-      mcap ? "mcap" : "bag", ros, static_cast<double>(bytes->size()) * 1e-9, messages, static_cast<double>(seen) * 1e-9,
-      alone_s, read_s, 100 * alone_s / read_s, read_mb, open_s, r.cameras.at(0).size(), notes.size());
+      "{:5} {:5} {:5.2f} GB  {:5.2f} GB  {:5.2f} {:5.2f}  {:5.2f} {:5.2f}  {:3.0f} % {:3.0f} %  {:4.0f} MB  {:5.2f} "
+      "{:5.2f}  {} messages, {} pictures\n",
+      mcap ? "mcap" : "bag", ros, static_cast<double>(bytes->size()) * 1e-9, static_cast<double>(seen) * 1e-9,
+      alone.wall_s, alone.cpu_s, read.wall_s, read.cpu_s, 100 * alone.wall_s / read.wall_s,
+      100 * alone.cpu_s / read.cpu_s, read_mb, opened.wall_s, opened.cpu_s, messages, pictures);
   std::fflush(stdout);
   std::filesystem::remove(path);
 }
@@ -219,6 +229,9 @@ void measure(bool mcap, const std::string& compression, double gb, const std::st
 int main(int argc, char** argv) {
   const double gb = argc > 1 ? std::atof(argv[1]) : 2.0;
   const std::string folder = argc > 2 ? argv[2] : std::filesystem::temp_directory_path().string();
+  fmt::print(
+      "            stored   messages libraries [s]    takt [s]   libraries/takt    peak   inspect [s]\n"
+      "                             wall   cpu   wall   cpu   wall   cpu            wall   cpu\n");
   for (const char* compression : {"", "lz4", "zstd"}) measure(true, compression, gb, folder);
   for (const char* compression : {"", "lz4"}) measure(false, compression, gb, folder);
 }

@@ -12,8 +12,7 @@ using namespace export_text;
 Exported export_gyroflow(const CameraToImu& c) {
   std::string points;
   const auto add = [&](Stamp at, std::int64_t shift_ns) {
-    points += fmt::format("{}    \"{}\": {}", points.empty() ? "" : ",\n", to_ns(at) / 1000,
-                          number(-1e-6 * static_cast<double>(shift_ns)));
+    points += fmt::format("{}    \"{}\": {}", points.empty() ? "" : ",\n", to_ns(at) / 1000, milliseconds(-shift_ns));
   };
   for (const OffsetPiece& p : c.pieces) add(p.epoch, p.offset.count());
   if (c.pieces.empty()) {
@@ -24,8 +23,8 @@ Exported export_gyroflow(const CameraToImu& c) {
   const std::string text = fmt::format(
       "{{\n  \"offsets\": {{\n{}\n  }},\n  \"stabilization\": {{\n    \"frame_readout_time\": {}\n  }}\n}}\n", points,
       number(1e3 * c.readout_s.value_or(0)));
-  return {text, fmt::format("offsets of {} ms, gyroflow's sign being the opposite: {}",
-                            number(-1e-6 * static_cast<double>(c.shift_ns)), offset_words(c))};
+  return {text, fmt::format("offsets of {} ms, gyroflow's sign being the opposite: {}", milliseconds(-c.shift_ns),
+                            offset_words(c))};
 }
 
 }  // namespace takt

@@ -10,6 +10,7 @@ using namespace export_text;
 
 Exported export_kalibr(const CameraToImu& c) {
   std::string text = head_comment(c) + "cam0:\n" + kalibr_camera(c, 2);
+  text += mounting_comment(c);
   if (c.T_imu_cam) text += matrix_rows("T_cam_imu", c.T_imu_cam->inverse(), 2);
   if (c.readout_s && c.model) text += fmt::format("  line_delay: {}\n", number(*c.readout_s / c.model->height));
   text += fmt::format("  rostopic: {}\n  timeshift_cam_imu: {}\n", c.camera, seconds(c.shift_ns));

@@ -12,6 +12,7 @@ Exported export_kimera(const CameraToImu& c) {
   std::string text = opencv_head + head_comment(c);
   text += "# for ImuParams.yaml; its own coarse alignment would come on top\ndo_imu_rate_time_alignment: 0\n";
   text += fmt::format("imu_time_shift: {}\n", seconds(c.shift_ns));
+  text += mounting_comment(c);
   if (c.T_imu_cam)
     text += fmt::format(
         "# for LeftCameraParams.yaml, where the body is the IMU\nT_BS:\n   cols: 4\n   rows: 4\n   "

@@ -3,20 +3,34 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 
 #include "takt/calibration/words.h"
+#include "takt/streams/kalibr_names.h"
 
 namespace takt::export_text {
 
-std::string seconds(std::int64_t ns) {
+namespace {
+
+/// In units of `unit` ns with that many decimals.
+std::string decimal(std::int64_t ns, std::uint64_t unit, int decimals) {
   const auto magnitude = ns < 0 ? 0 - static_cast<std::uint64_t>(ns) : static_cast<std::uint64_t>(ns);
-  return fmt::format("{}{}.{:09}", ns < 0 ? "-" : "", magnitude / 1'000'000'000, magnitude % 1'000'000'000);
+  return fmt::format("{}{}.{:0{}}", ns < 0 ? "-" : "", magnitude / unit, magnitude % unit, decimals);
+}
+
+}  // namespace
+
+std::string seconds(std::int64_t ns) {
+  return decimal(ns, 1'000'000'000, 9);
+}
+std::string milliseconds(std::int64_t ns) {
+  return decimal(ns, 1'000'000, 6);
 }
 
 std::string number(double v) {
-  const std::string text = fmt::format("{}", v == 0 ? 0.0 : v);  // no minus before a zero
-  return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
+  std::string text = fmt::format("{}", v == 0 ? 0.0 : v);  // no minus before a zero
+  if (text.find_first_of(".n") != std::string::npos) return text;
+  return text.insert(std::min(text.find('e'), text.size()), ".0");  // PyYAML takes 1e-05 for a word
 }
 
 std::string list(const std::vector<double>& values) {
@@ -54,16 +68,18 @@ std::string kalibr_camera(const CameraToImu& c, int indent) {
   if (!c.model)
     return blanks + "# camera_model, intrinsics, distortion and resolution are not known: see --intrinsics\n";
   const CameraModel& m = *c.model;
-  const char* const distortion = m.distortion == Distortion::radtan        ? "radtan"
-                                 : m.distortion == Distortion::equidistant ? "equidistant"
-                                                                           : "none";
-  std::string out = blanks + "camera_model: pinhole\n";
-  out += fmt::format("{}intrinsics: {}\n", blanks, list({m.fx, m.fy, m.cx, m.cy}));
-  out += fmt::format("{}distortion_model: {}\n", blanks, distortion);
-  out += fmt::format("{}distortion_coeffs: {}\n", blanks,
-                     m.distortion == Distortion::none ? "[]" : list({m.coeffs.begin(), m.coeffs.end()}));
+  const Intrinsics all = intrinsics_of(m);
+  const auto lens = static_cast<std::ptrdiff_t>(all.size()) - coeff_count(m.distortion);
+  std::string out = fmt::format("{}camera_model: {}\n", blanks, kalibr_name(m.projection));
+  out += fmt::format("{}intrinsics: {}\n", blanks, list({all.data(), all.data() + lens}));
+  out += fmt::format("{}distortion_model: {}\n", blanks, kalibr_name(m.distortion));
+  out += fmt::format("{}distortion_coeffs: {}\n", blanks, list({all.data() + lens, all.data() + all.size()}));
   out += fmt::format("{}resolution: [{}, {}]\n", blanks, m.width, m.height);
   return out;
+}
+
+std::string mounting_comment(const CameraToImu& c) {
+  return c.rotation_alone() ? "# the translation of the mounting was not found: put in your own\n" : "";
 }
 
 std::string head_comment(const CameraToImu& c) {

@@ -13,6 +13,7 @@ inline constexpr const char* opencv_head = "%YAML:1.0\n---\n";
 
 /// Seconds with all nine decimals: exact to the nanosecond.
 [[nodiscard]] std::string seconds(std::int64_t ns);
+[[nodiscard]] std::string milliseconds(std::int64_t ns);  ///< likewise
 [[nodiscard]] std::string number(double v);
 [[nodiscard]] std::string list(const std::vector<double>& values);  ///< "[1, 0, 0]"
 [[nodiscard]] std::vector<double> row_major(const Mat4& m);
@@ -24,6 +25,8 @@ inline constexpr const char* opencv_head = "%YAML:1.0\n---\n";
 [[nodiscard]] std::string offset_words(const CameraToImu& c);
 /// camera_model, intrinsics, distortion, resolution in Kalibr's names; a comment where they are not known.
 [[nodiscard]] std::string kalibr_camera(const CameraToImu& c, int indent);
+/// A comment line where the mounting is a rotation alone; else nothing.
+[[nodiscard]] std::string mounting_comment(const CameraToImu& c);
 /// A comment line with what was found, for the head of a YAML file.
 [[nodiscard]] std::string head_comment(const CameraToImu& c);
 

@@ -14,6 +14,7 @@ Exported export_vins(const CameraToImu& c) {
   text += fmt::format("td: {}\n", seconds(c.shift_ns));
   text += fmt::format("rolling_shutter: {}\nrolling_shutter_tr: {}\n", c.readout_s ? 1 : 0,
                       number(c.readout_s.value_or(0)));
+  text += mounting_comment(c);
   if (c.T_imu_cam) text += opencv_matrix("body_T_cam0", *c.T_imu_cam);
   return {text,
           fmt::format("td {} s, which VINS adds to the image's stamps: {}", seconds(c.shift_ns), offset_words(c))};

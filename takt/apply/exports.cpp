@@ -56,6 +56,9 @@ CameraToImu camera_to_imu(const Estimate& given, const std::optional<CameraModel
           "written and the offset moved to the middle row");
     }
   }
+  if (out.rotation_alone())
+    out.remarks.emplace_back(
+        "the result has the mounting's rotation and no translation, where zeros were written: put in your own");
   if (out.drift != 0 || out.pieces.size() > 1)
     out.remarks.push_back(
         fmt::format("the offset moves by {:.3g} ppm; what was written holds at {} ns of {}'s clock, so restamp with "

@@ -27,6 +27,8 @@ struct CameraToImu {
   std::vector<std::string> remarks;  ///< what the user should know, in sentences
 
   [[nodiscard]] double shift_s() const { return static_cast<double>(shift_ns) * 1e-9; }
+  /// Methods that use rates alone find how the camera is turned, not where it is: they leave the translation at zero.
+  [[nodiscard]] bool rotation_alone() const { return T_imu_cam && T_imu_cam->topRightCorner<3, 1>().isZero(0); }
 };
 
 /// Turns a result round where its sensor is the IMU, and moves an offset of the first row to the middle one where the

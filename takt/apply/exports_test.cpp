@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
+#include "takt/error.h"
+
 namespace takt {
 namespace {
 
@@ -67,6 +69,51 @@ TEST(Exports, KalibrAddsItToTheCamera) {
   EXPECT_EQ(cam["intrinsics"][1].as<double>(), 457.296);
   EXPECT_EQ(cam["distortion_coeffs"][3].as<double>(), 1.76187114e-05);
   EXPECT_EQ(cam["resolution"][1].as<int>(), 480);
+}
+
+TEST(Exports, KalibrGetsEveryModelWithItsNumbersInItsOrder) {
+  CameraModel m = camera();
+  m.coeffs = {1e-5, -2e-6, 0, 3e-7};
+  m.shape = {1.25, 0};
+  m.projection = Projection::omni;
+  const std::string text = export_kalibr(camera_to_imu(answer(), m)).text;
+  const YAML::Node omni = yaml(text)["cam0"];
+  EXPECT_EQ(omni["camera_model"].as<std::string>(), "omni");
+  EXPECT_EQ(omni["intrinsics"].as<std::vector<double>>(),
+            (std::vector<double>{1.25, 458.654, 457.296, 367.215, 248.375}));
+  EXPECT_EQ(omni["distortion_coeffs"].as<std::vector<double>>(), (std::vector<double>{1e-5, -2e-6, 0, 3e-7}));
+  EXPECT_NE(text.find("[1.0e-05, -2.0e-06, 0.0, 3.0e-07]"), std::string::npos) << text;  // PyYAML: 1e-05 is a word
+
+  m.projection = Projection::double_sphere;
+  m.shape = {-0.2, 0.6};
+  m.distortion = Distortion::none;
+  const YAML::Node ds = yaml(export_kalibr(camera_to_imu(answer(), m)).text)["cam0"];
+  EXPECT_EQ(ds["camera_model"].as<std::string>(), "ds");
+  EXPECT_EQ(ds["intrinsics"].size(), 6u);
+  EXPECT_EQ(ds["intrinsics"][1].as<double>(), 0.6);
+  EXPECT_EQ(ds["distortion_model"].as<std::string>(), "none");
+  EXPECT_EQ(ds["distortion_coeffs"].size(), 0u);
+
+  m.projection = Projection::pinhole;
+  m.distortion = Distortion::fov;
+  m.coeffs = {0.9};
+  const YAML::Node fov = yaml(export_kalibr(camera_to_imu(answer(), m)).text)["cam0"];
+  EXPECT_EQ(fov["distortion_model"].as<std::string>(), "fov");
+  EXPECT_EQ(fov["distortion_coeffs"].as<std::vector<double>>(), std::vector<double>{0.9});
+}
+
+TEST(Exports, OpenVinsRefusesLensesThatItWouldTakeForOthers) {
+  CameraModel m = camera();
+  m.distortion = Distortion::none;
+  m.coeffs = {};
+  const YAML::Node plain = yaml(export_openvins(camera_to_imu(answer(), m)).text)["cam0"];
+  EXPECT_EQ(plain["distortion_model"].as<std::string>(), "radtan");
+  EXPECT_EQ(plain["distortion_coeffs"].as<std::vector<double>>(), std::vector<double>(4, 0.0));
+  m.projection = Projection::eucm;
+  EXPECT_THROW((void)export_openvins(camera_to_imu(answer(), m)), Error);
+  m.projection = Projection::pinhole;
+  m.distortion = Distortion::fov;
+  EXPECT_THROW((void)export_openvins(camera_to_imu(answer(), m)), Error);
 }
 
 TEST(Exports, OpenVinsIsReadByOpencvAndByYaml) {
@@ -141,6 +188,32 @@ TEST(Exports, GyroflowHasTheOppositeSignAndFollowsTheDrift) {
   EXPECT_NEAR(json["offsets"]["5000000"].get<double>(), -1e3 * shift_s, 1e-6);
   EXPECT_NEAR(json["offsets"]["65000000"].get<double>(), -1e3 * (shift_s + 60 * 20e-6), 1e-6);
   EXPECT_DOUBLE_EQ(json["stabilization"]["frame_readout_time"].get<double>(), 4.8);
+}
+
+TEST(Exports, GyroflowsMillisecondsAreExact) {
+  Estimate e = answer();
+  e.offset = Duration(12'300'000);
+  EXPECT_NE(exported("gyroflow", e).find(": -12.300000\n"), std::string::npos) << exported("gyroflow", e);
+}
+
+TEST(Exports, AMountingWithoutTranslationIsNotPassedOnInSilence) {
+  Estimate e = answer();
+  e.T_reference_sensor->topRightCorner<3, 1>().setZero();
+  const CameraToImu c = camera_to_imu(e, camera());
+  ASSERT_EQ(c.remarks.size(), 1u);
+  EXPECT_NE(c.remarks[0].find("no translation"), std::string::npos);
+  for (const char* name : {"kalibr", "openvins", "vins", "orbslam3", "kimera", "okvis"}) {
+    const std::string text = exported(name, e);
+    EXPECT_NE(text.find("# the translation of the mounting was not found"), std::string::npos) << name;
+    EXPECT_NO_THROW((void)yaml(text)) << name;
+    if (text.starts_with("%YAML")) {
+      EXPECT_TRUE(opencv(text).isOpened()) << name;
+    }
+    EXPECT_EQ(exported(name).find("not found"), std::string::npos) << name;
+  }
+  const cv::FileStorage vins = opencv(exported("openvins", e));
+  EXPECT_EQ(static_cast<double>(vins["cam0"]["T_imu_cam"][3][3]), 1);
+  EXPECT_EQ(static_cast<double>(vins["cam0"]["timeshift_cam_imu"]), shift_s);
 }
 
 TEST(Exports, AResultWithTheImuAsSensorIsTurnedRound) {

@@ -66,6 +66,20 @@ std::string to_radians(std::vector<double>& angles, std::string header) {
   return degrees ? "angles taken as degrees (from the header)" : "angles taken as radians";
 }
 
+/// Phones write one file a sensor, all with the columns x, y, z: then the file's name is the only word.
+void refuse_accelerometer(const LogColumns& columns, const std::string& path) {
+  std::string name = std::filesystem::path(path).stem().string();
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (columns.rates_by_default && name.find("accel") != std::string::npos && name.find("gyro") == std::string::npos)
+    throw Error("by its name holds an accelerometer, and takt needs rates", path,
+                "give the gyroscope's file; if these are rates, name the columns wx, wy, wz");
+}
+
+/// Rates in deg/s or rad/s seldom keep the length of gravity.
+bool like_gravity(const std::vector<Vec3>& v) {
+  return norm_percentile(v, 0.25) > 9.3 && norm_percentile(v, 0.75) < 10.3;
+}
+
 }  // namespace
 
 bool looks_like_csv_log(const std::string& path) {
@@ -84,6 +98,7 @@ Recording read_csv_log(std::string_view text, const std::string& path, const Ope
   TableRows rows(text, path);
   const std::vector<std::vector<double>> head = head_of(rows);
   const LogColumns columns = find_columns(rows.shape(), head, path);
+  refuse_accelerometer(columns, path);
   const auto header = [&](std::size_t column) {
     return rows.shape().names.empty() ? std::string() : rows.shape().names[column];
   };
@@ -100,6 +115,10 @@ Recording read_csv_log(std::string_view text, const std::string& path, const Ope
   if (columns.gyro) {
     ImuStream imu = read_imu(rows, columns, exponent_to_ns(time.unit));
     imu.name = imu.clock = name;
+    if (columns.rates_by_default)
+      say(like_gravity(imu.gyro_rad_s)
+              ? "x, y, z taken as rates, but their length stays near gravity's: is this an accelerometer's file?"
+              : "x, y, z taken as rates, since nothing says what they are");
     say(to_rad_per_s(imu.gyro_rad_s, header((*columns.gyro)[0]), options.rate_unit));
     if (columns.accel) say(to_m_per_s2(imu.accel_m_s2, header((*columns.accel)[0])));
     recording.imus.push_back(std::move(imu));

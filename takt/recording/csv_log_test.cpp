@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <ctime>
 #include <numbers>
 
@@ -98,6 +99,38 @@ TEST(CsvLog, PlainAxesAreAccelerationsBesideNamedRates) {
   EXPECT_EQ(r.imus[0].gyro_rad_s[0], Vec3(1, 2, 3));
   EXPECT_NEAR(r.imus[0].accel_m_s2[0].z(), 9.80665, 1e-12);
   EXPECT_TRUE(says(r, "accelerations taken as g"));
+}
+
+TEST(CsvLog, PhonesLogs) {
+  // Android stamps in ns since the phone was started, or of Unix time; time first or last; one file a sensor.
+  for (const std::int64_t first : {std::int64_t{4'512'345'678'901}, std::int64_t{1'700'000'000'123'456'789}})
+    for (const char* header :
+         {"timestamp,x,y,z", "x,y,z,timestamp", "time,x,y,z", "x,y,z,t_ns", "sensorTimestamp,X,Y,Z",
+          "elapsedRealtimeNanos,x,y,z", "timestamp [ns],gyro_x,gyro_y,gyro_z", "", "last"}) {
+      const std::string head = header;
+      const bool time_last = head.starts_with("x") || head == "last";
+      std::string text = head.find(',') == std::string::npos ? "" : head + "\n";
+      for (int i = 0; i < 300; ++i) {
+        const std::string rates = fmt::format("{:.6f},-0.2,{:.6f}", 0.1 * std::sin(0.05 * i), 0.3 * std::cos(0.1 * i));
+        const std::int64_t t = first + i * 5'000'000 + i % 3 * 1000;  // as jumpy as phones are
+        text += time_last ? fmt::format("{},{}\n", rates, t) : fmt::format("{},{}\n", t, rates);
+      }
+      const Recording r = read(text);
+      ASSERT_EQ(r.imus.size(), 1u) << head;
+      EXPECT_EQ(to_ns(r.imus[0].stamps[0]), first) << head;
+      EXPECT_EQ(to_ns(r.imus[0].stamps[299]), first + 299 * 5'000'000 + 2000) << head;
+      EXPECT_EQ(r.imus[0].gyro_rad_s[0], Vec3(0, -0.2, 0.3)) << head;
+      EXPECT_EQ(says(r, "since nothing says what they are"), head.find("gyro") == std::string::npos) << head;
+    }
+}
+
+TEST(CsvLog, AnAccelerometersFileIsNotTakenForRates) {
+  std::string text = "timestamp,x,y,z\n";
+  for (int i = 0; i < 300; ++i) text += fmt::format("{},{:.3f},0.3,9.79\n", i * 5'000'000, 0.4 * std::sin(0.1 * i));
+  const std::string why = complaint([&] { (void)read_csv_log(text, "2024/Accelerometer.csv", {}); });
+  EXPECT_NE(why.find("holds an accelerometer"), std::string::npos) << why;
+  EXPECT_TRUE(says(read(text), "is this an accelerometer's file?"));
+  EXPECT_FALSE(says(read_csv_log("t_ns,wx,wy,wz\n0,0,0,9.8\n5000000,0,0,9.8\n", "accel_rig.csv", {}), "accelerometer"));
 }
 
 TEST(CsvLog, RateUnits) {

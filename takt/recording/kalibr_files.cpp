@@ -10,6 +10,7 @@
 #include "takt/recording/files.h"
 #include "takt/recording/kalibr_text.h"
 #include "takt/recording/yaml_fields.h"
+#include "takt/streams/kalibr_names.h"
 
 namespace takt {
 
@@ -145,33 +146,6 @@ auto each_of(const YamlFields& file, const std::string& kind, Read read) {
   return out;
 }
 
-std::string projection_name(Projection p) {
-  switch (p) {
-    case Projection::pinhole:
-      return "pinhole";
-    case Projection::omni:
-      return "omni";
-    case Projection::double_sphere:
-      return "ds";
-    case Projection::eucm:
-      return "eucm";
-  }
-  return "";
-}
-std::string distortion_name(Distortion d) {
-  switch (d) {
-    case Distortion::none:
-      return "none";
-    case Distortion::radtan:
-      return "radtan";
-    case Distortion::equidistant:
-      return "equidistant";
-    case Distortion::fov:
-      return "fov";
-  }
-  return "";
-}
-
 void write_camera(KalibrText& out, const KalibrCamera& c) {
   const Intrinsics all = intrinsics_of(c.model);
   const int coeffs = coeff_count(c.model.distortion);
@@ -179,9 +153,9 @@ void write_camera(KalibrText& out, const KalibrCamera& c) {
   if (c.T_cam_imu) out.matrix("T_cam_imu", *c.T_cam_imu);
   if (c.T_cn_cnm1) out.matrix("T_cn_cnm1", *c.T_cn_cnm1);
   if (c.cam_overlaps) out.whole_list("cam_overlaps", *c.cam_overlaps);
-  out.word("camera_model", projection_name(c.model.projection));
+  out.word("camera_model", kalibr_name(c.model.projection));
   out.list("distortion_coeffs", {all.data() + first, all.data() + all.size()});
-  out.word("distortion_model", distortion_name(c.model.distortion));
+  out.word("distortion_model", kalibr_name(c.model.distortion));
   out.list("intrinsics", {all.data(), all.data() + first});
   if (c.line_delay_s) out.number("line_delay", *c.line_delay_s);
   out.whole_list("resolution", {c.model.width, c.model.height});

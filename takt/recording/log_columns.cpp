@@ -33,7 +33,9 @@ bool is_time(const std::string& name) {
     if (name == word) return true;
   for (const char* prefix : {"t_", "time_", "ts_", "time ", "timestamp_", "timestamp "})
     if (name.starts_with(prefix)) return true;
-  return name.ends_with("_time") || name.ends_with("_timestamp") || name.ends_with(" time");
+  for (const char* ending : {"timestamp", "nanos", "millis"})  // phones': sensorTimestamp, elapsedRealtimeNanos
+    if (name.ends_with(ending)) return true;
+  return name.ends_with("_time") || name.ends_with(" time");
 }
 
 bool is_angle(const std::string& name) {
@@ -98,6 +100,7 @@ LogColumns by_names(const TableShape& shape, const std::string& where) {
                                                         : nullptr;
     if (slot && !*slot) *slot = columns;
   }
+  found.rates_by_default = bare && !found.gyro && !found.accel;
   if (bare && !found.gyro)
     found.gyro = bare;
   else if (bare && !found.accel)
@@ -146,6 +149,7 @@ LogColumns by_place(const TableShape& shape, const std::vector<std::vector<doubl
     found.gyro = {{v, v + 1, v + 2}};
   else
     throw Error(fmt::format("{} columns without a header", shape.columns), where, expected);
+  found.rates_by_default = values == 3;
   if (values >= 6) found.accel = {{v + 3, v + 4, v + 5}};
   found.note = fmt::format("columns by place: time in column {}, then {}{}{}", found.time + 1,
                            found.angle ? "an angle" : "rates x y z", found.accel ? ", accelerations x y z" : "",

@@ -15,6 +15,7 @@ struct LogColumns {
   std::optional<std::array<std::size_t, 3>> gyro;
   std::optional<std::array<std::size_t, 3>> accel;
   std::optional<std::size_t> angle;
+  bool rates_by_default = false;  ///< three columns alone, with no word of what they measure
   std::string note;
 };
 

@@ -15,6 +15,7 @@
 #include "takt/recording/gopro.h"
 #include "takt/recording/mcap.h"
 #include "takt/recording/kalibr_folder.h"
+#include "takt/recording/kitti_raw.h"
 #include "takt/recording/ros1_bag.h"
 #include "takt/recording/ros1_restamp.h"
 #include "takt/recording/rosbag2.h"
@@ -33,6 +34,7 @@ const std::vector<Format>& formats() {
       {"rosbag2 folder", looks_like_rosbag2_folder, read_rosbag2_folder, restamp_rosbag2_folder},
       {"frame folder", looks_like_frame_folder, read_frame_folder},
       {"Kalibr folder", looks_like_kalibr_folder, read_kalibr_folder},
+      {"KITTI raw drive", looks_like_kitti_raw, read_kitti_raw},
       {"video with log", is_video_with_log, read_video_with_log},
       {"picture folder", looks_like_picture_folder, read_picture_folder},
       {"GoPro video", is_gopro, read_gopro},
