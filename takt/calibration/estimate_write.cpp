@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "takt/calibration/estimate.h"
+#include "takt/calibration/provenance_tree.h"
 #include "takt/calibration/tree.h"
 
 /// docs/formats/result.md, from Estimate to its document.
@@ -102,17 +103,6 @@ Node evidence(const Evidence& e) {
   return std::move(tree::object().add("panels", std::move(panels)));
 }
 
-Node provenance(const Provenance& p) {
-  Node inputs = tree::list(), libraries = tree::object();
-  for (const auto& i : p.inputs)
-    inputs.add(tree::object().add("path", tree::text(i.path)).add("sha256", tree::text(i.sha256)));
-  for (const auto& l : p.libraries) libraries.add(l.name, tree::text(l.version));
-  Node out = tree::object();
-  out.add("version", tree::text(p.version)).add("command", tree::text(p.command)).add("inputs", std::move(inputs));
-  out.add("seed", p.seed ? tree::integer(*p.seed) : Node{}).add("libraries", std::move(libraries));
-  return out;
-}
-
 /// What every method's answer has, the nested ones too.
 void add_answer(const Estimate& e, Node& out) {
   const bool refused = e.verdict == Verdict::refused;
@@ -147,10 +137,21 @@ Node document(const Estimate& e) {
     others.add(std::move(answer));
   }
   out.add("estimates", std::move(others)).add("evidence", evidence(e.evidence));
-  return std::move(out.add("provenance", provenance(e.provenance)));
+  return std::move(out.add("provenance", tree::provenance(e.provenance)));
 }
 
 }  // namespace
+
+tree::Node tree::provenance(const Provenance& p) {
+  Node inputs = tree::list(), libraries = tree::object();
+  for (const auto& i : p.inputs)
+    inputs.add(tree::object().add("path", tree::text(i.path)).add("sha256", tree::text(i.sha256)));
+  for (const auto& l : p.libraries) libraries.add(l.name, tree::text(l.version));
+  Node out = tree::object();
+  out.add("version", tree::text(p.version)).add("command", tree::text(p.command)).add("inputs", std::move(inputs));
+  out.add("seed", p.seed ? tree::integer(*p.seed) : Node{}).add("libraries", std::move(libraries));
+  return out;
+}
 
 std::string to_json(const Estimate& e) {
   return tree::to_json(document(e));

@@ -13,8 +13,9 @@
 #include "takt/recording/camera_file.h"
 #include "takt/recording/kalibr_files.h"
 #include "takt/recording/open_recording.h"
-#include "takt/signals/target/target_corners.h"
 #include "takt/streams/audit.h"
+#include "takt/workflows/pick_named.h"
+#include "takt/workflows/see_board.h"
 
 namespace takt {
 
@@ -23,29 +24,8 @@ namespace {
 /// Noise figures that differ from the measured ones by more than this factor are worth a word.
 constexpr double noted_noise_factor = 3;
 
-std::string list(const std::vector<std::string>& names) {
-  std::string out;
-  for (const std::string& n : names) out += (out.empty() ? "" : ", ") + n;
-  return out.empty() ? "none" : out;
-}
-
-template <class Stream>
-std::vector<Stream> pick(const std::vector<Stream>& all, const std::string& name, const char* kind,
-                         const std::string& where) {
-  std::vector<Stream> out;
-  std::vector<std::string> names;
-  for (const Stream& s : all) {
-    names.push_back(s.name);
-    if (name.empty() || s.name == name) out.push_back(s);
-  }
-  if (out.empty())
-    throw Error(name.empty() ? fmt::format("no {} in it", kind) : fmt::format("no {} named {}", kind, name), where,
-                fmt::format("it has: {} ({})", list(names), kind));
-  return out;
-}
-
 std::vector<CameraStream> cameras_of(const Recording& recording, const CalibrateJob& job) {
-  std::vector<CameraStream> cameras = pick(recording.cameras, job.sensor, "camera", job.input);
+  std::vector<CameraStream> cameras = pick_named(recording.cameras, job.sensor, "camera", job.input);
   for (CameraStream& camera : cameras) {
     if (!job.camchain.empty()) camera.model = read_camera_file(job.camchain, camera.name);
     if (!camera.model)
@@ -57,28 +37,12 @@ std::vector<CameraStream> cameras_of(const Recording& recording, const Calibrate
 
 std::vector<ImuStream> imus_of(const Recording& recording, const CalibrateJob& job, std::vector<std::string>& notes) {
   std::vector<ImuStream> imus;
-  for (const ImuStream& imu : pick(recording.imus, job.reference, "IMU", job.input)) {
+  for (const ImuStream& imu : pick_named(recording.imus, job.reference, "IMU", job.input)) {
     Tidied tidied = tidy(imu);
     for (const std::string& word : tidied.words) notes.push_back(fmt::format("{}: {}", imu.name, word));
     imus.push_back(std::move(tidied.imu));
   }
   return imus;
-}
-
-std::vector<CornerStream> see_board(const std::vector<CameraStream>& cameras, const Target& target,
-                                    const CalibrateJob& job) {
-  std::vector<CornerStream> out;
-  for (const CameraStream& camera : cameras) {
-    TargetCornersOptions options;
-    options.threads = job.batch.threads;
-    options.progress = [&, before = out.size()](std::size_t done, std::size_t total) {
-      if (job.progress && total > 0)
-        job.progress((static_cast<double>(before) + static_cast<double>(done) / static_cast<double>(total)) /
-                     static_cast<double>(cameras.size()));
-    };
-    out.push_back(find_target_corners(camera, target, options));
-  }
-  return out;
 }
 
 /// imuN against imu0, by what both say of the first camera. Errors of the camera that they share are counted twice.
@@ -167,7 +131,7 @@ Calibrated calibrate(const CalibrateJob& job) {
   std::vector<std::string> notes = recording.notes;
   const std::vector<CameraStream> cameras = cameras_of(recording, job);
   const std::vector<ImuStream> imus = imus_of(recording, job, notes);
-  out.cameras = see_board(cameras, target, job);
+  out.cameras = see_board(cameras, target, job.batch.threads, job.progress);
   out.imu_rate_hz = audit(imus.front().stamps).rate_hz.value_or(0);
 
   for (const CornerStream& camera : out.cameras) out.all.push_back(calibrate_batch(camera, imus.front(), job.batch));

@@ -8,7 +8,8 @@
 namespace takt {
 
 /// Tables 1 to 7 and figures 7 to 11 of [Fu2021] on the simulated rig: the paper's figures beside `extrema`, `damped`,
-/// `spline` and the truth. A column stands ready for the batch calibrator, which the paper compares itself with.
+/// `spline` and the truth. The column that the paper has from
+/// Kalibr is the batch calibrator's, on free motion.
 struct PaperExperiment {
   std::string markdown;
   std::string html;   ///< the report: the tables, and the figures as plots

@@ -176,6 +176,33 @@ void add_repeats(Jobs& jobs, Runs& out, const Films& films, const PaperExperimen
   }
 }
 
+/// The Kalibr-class column of tables 4 to 7. Its own random numbers, so that it moves no other column.
+void add_batches(Jobs& jobs, Runs& out, const PaperExperimentOptions& options) {
+  const auto add = [&](const PendulumRig& rig, BatchDelay& to, std::size_t setting) {
+    jobs.add([&options, rig, &to, setting] { to = batch_delay(rig, seed_of(options, 60, setting)); });
+  };
+  for (std::size_t f = 0; f < 3; ++f)
+    for (std::size_t r = 0; r < 4; ++r) {
+      PendulumRig rig = rig_of(0);
+      rig.imus[0].filter_delay_s = filters_ms[f] * 1e-3;
+      rig.imus[0].output_rate_hz = rates_hz[r];
+      add(rig, out.batch_rates[f][r], 4 * f + r);
+    }
+  for (std::size_t x = 0; x < 3; ++x)
+    for (std::size_t m = 0; m < 3; ++m) {
+      PendulumRig rig = rig_of(0);
+      rig.camera.exposure_s = exposures_ms[x] * 1e-3;
+      rig.camera.stamp = static_cast<ExposureInstant>(m);
+      add(rig, out.batch_exposures[x][m], 12 + 3 * x + m);
+    }
+  for (std::size_t i = 0; i < 2; ++i)
+    for (std::size_t c = 0; c < 5; ++c) {
+      PendulumRig rig = rig_of(0);
+      rig.imus[0].temperature_c = temperatures_c[i][c];
+      add(rig, out.batch_repeats[i][c], 21 + 5 * i + c);
+    }
+}
+
 }  // namespace
 
 Delays mean_of(const std::vector<Delays>& runs) {
@@ -199,6 +226,7 @@ Runs run_experiments(const PaperExperimentOptions& options) {
   add_rates(jobs, out, films, options);
   add_exposures(jobs, out, films, options);
   add_repeats(jobs, out, films, options);
+  add_batches(jobs, out, options);
   jobs.run();
   return out;
 }

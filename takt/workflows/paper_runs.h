@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "takt/calibration/evidence.h"
+#include "takt/workflows/paper_batch.h"
 
 /// The recordings behind the tables of [Fu2021], made on the simulated rig and calibrated.
 namespace takt {
@@ -43,6 +44,9 @@ struct Runs {
   std::vector<Delays> rates[3][4];      ///< filter, rate: table 4
   std::vector<Delays> exposures[3][3];  ///< exposure, meaning of the stamp: table 5; all taken for the middle
   std::vector<Delays> repeats[2][5];    ///< IMU, temperature: tables 6 and 7
+  BatchDelay batch_rates[3][4];         ///< the same settings by the batch method on free motion, one recording each
+  BatchDelay batch_exposures[3][3];
+  BatchDelay batch_repeats[2][5];
 };
 
 [[nodiscard]] Runs run_experiments(const PaperExperimentOptions& options);

@@ -31,6 +31,14 @@ Provenance::Input together(const std::string& folder, const std::vector<fs::path
   return {fmt::format("{}/* ({} files)", folder, files.size()), list.digest()};
 }
 
+std::vector<fs::path> files_in(const std::string& folder) {
+  std::vector<fs::path> out;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_regular_file()) out.push_back(entry.path());
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
 }  // namespace
 
 std::string sha256_of_file(const std::string& path) {
@@ -55,7 +63,12 @@ Provenance make_provenance(std::string command, const std::vector<std::string>& 
   for (const auto& [name, number] : library_versions) p.libraries.push_back({name, number});
 
   std::map<std::string, std::vector<fs::path>> by_folder;
-  for (const std::string& file : files) by_folder[fs::path(file).parent_path().string()].push_back(file);
+  for (const std::string& file : files) {
+    if (fs::is_directory(file))
+      p.inputs.push_back(together(file, files_in(file)));
+    else
+      by_folder[fs::path(file).parent_path().string()].push_back(file);
+  }
   for (auto& [folder, inside] : by_folder) {
     std::sort(inside.begin(), inside.end());
     inside.erase(std::unique(inside.begin(), inside.end()), inside.end());

@@ -51,6 +51,17 @@ TEST_F(ProvenanceTest, ManyPicturesBecomeOneInputThatSha256sumCanCheck) {
   EXPECT_EQ(p.inputs[0].sha256, printed.digest());
 }
 
+TEST_F(ProvenanceTest, AFolderStandsForItsFiles) {
+  const std::string a = write("data/a.png", "a"), b = write("data/b.png", "b");
+  Sha256 printed;
+  printed.update(sha256_of_file(a) + "  a.png\n");
+  printed.update(sha256_of_file(b) + "  b.png\n");
+  const Provenance p = make_provenance("", {(folder_ / "data").string()}, {});
+  ASSERT_EQ(p.inputs.size(), 1u);
+  EXPECT_EQ(p.inputs[0].path, (folder_ / "data").string() + "/* (2 files)");
+  EXPECT_EQ(p.inputs[0].sha256, printed.digest());
+}
+
 TEST_F(ProvenanceTest, AMissingFileIsSaid) {
   EXPECT_THROW(static_cast<void>(make_provenance("", {(folder_ / "none").string()}, {})), Error);
   EXPECT_THROW(static_cast<void>(sha256_of_file(folder_.string())), Error);  // a folder is not a file
