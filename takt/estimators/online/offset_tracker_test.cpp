@@ -54,9 +54,21 @@ double error_s(const Estimate& e, const SimulatedRecording& made) {
   return to_seconds(*e.offset - made.truth.clock_map().offset_at(as<SensorClock>(e.epoch)));
 }
 
-TEST(OffsetTracker, FindsTheOffsetFromNothing) {
+/// What every method must do.
+class TrackingLaws : public testing::TestWithParam<std::string> {
+ protected:
+  static TrackingOptions how() {
+    TrackingOptions o;
+    o.method = GetParam();
+    return o;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(EveryMethod, TrackingLaws, testing::ValuesIn(tracking_methods()),
+                         [](const auto& method) { return method.param; });
+
+TEST_P(TrackingLaws, FindsTheOffsetFromNothing) {
   const SimulatedRecording made = simulate_handheld(options("handheld", 10, 11));
-  OffsetTracker tracker = tracker_for(made.recording);
+  OffsetTracker tracker = tracker_for(made.recording, how());
   feed(tracker, made.recording);
   const Estimate e = tracker.result();
   ASSERT_TRUE(e.answered());
@@ -65,9 +77,9 @@ TEST(OffsetTracker, FindsTheOffsetFromNothing) {
   EXPECT_LT(std::abs(error_s(e, made)), 4 * *e.sigma_s);
 }
 
-TEST(OffsetTracker, IsTheSameEachTime) {
+TEST_P(TrackingLaws, IsTheSameEachTime) {
   const SimulatedRecording made = simulate_handheld(options("handheld", 5, 12));
-  OffsetTracker first = tracker_for(made.recording), second = tracker_for(made.recording);
+  OffsetTracker first = tracker_for(made.recording, how()), second = tracker_for(made.recording, how());
   feed(first, made.recording);
   feed(second, made.recording);
   ASSERT_TRUE(first.result().answered());
@@ -75,12 +87,12 @@ TEST(OffsetTracker, IsTheSameEachTime) {
   EXPECT_EQ(first.result().sigma_s, second.result().sigma_s);
 }
 
-TEST(OffsetTracker, ComesFromHalfASecondAway) {
+TEST_P(TrackingLaws, ComesFromHalfASecondAway) {
   for (const double offset_s : {0.5, -0.5}) {
     HandheldOptions o = options("handheld", 7, 13);
     o.offset_s = offset_s;
     const SimulatedRecording made = simulate_handheld(o);
-    OffsetTracker tracker = tracker_for(made.recording);
+    OffsetTracker tracker = tracker_for(made.recording, how());
     feed(tracker, made.recording);
     const Estimate e = tracker.result();
     ASSERT_TRUE(e.answered());
@@ -88,11 +100,11 @@ TEST(OffsetTracker, ComesFromHalfASecondAway) {
   }
 }
 
-TEST(OffsetTracker, EachCameraHasItsOwn) {
+TEST_P(TrackingLaws, EachCameraHasItsOwn) {
   HandheldOptions o = options("handheld", 7, 14);
   o.stereo = true, o.stereo_offset_s = 0.004;
   const SimulatedRecording made = simulate_handheld(o);
-  OffsetTracker tracker = tracker_for(made.recording);
+  OffsetTracker tracker = tracker_for(made.recording, how());
   feed(tracker, made.recording);
   const Estimate left = tracker.result(0), right = tracker.result(1);
   ASSERT_TRUE(left.answered() && right.answered());
@@ -101,10 +113,10 @@ TEST(OffsetTracker, EachCameraHasItsOwn) {
   EXPECT_LT(sigma, 5e-4);
 }
 
-TEST(OffsetTracker, RefusesWhatDoesNotTell) {
+TEST_P(TrackingLaws, RefusesWhatDoesNotTell) {
   for (const char* motion : {"still", "constant_velocity", "constant_rate"}) {
     const SimulatedRecording made = simulate_handheld(options(motion, 6, 15));
-    OffsetTracker tracker = tracker_for(made.recording);
+    OffsetTracker tracker = tracker_for(made.recording, how());
     feed(tracker, made.recording);
     const Estimate e = tracker.result();
     EXPECT_EQ(e.verdict, Verdict::refused) << motion;
@@ -113,10 +125,10 @@ TEST(OffsetTracker, RefusesWhatDoesNotTell) {
   }
 }
 
-TEST(OffsetTracker, HoldsWhatItKnowsWhileStanding) {
+TEST_P(TrackingLaws, HoldsWhatItKnowsWhileStanding) {
   // Stands from 9 s to 15 s.
   const SimulatedRecording made = simulate_handheld(options("stops", 14.9, 16));
-  OffsetTracker tracker = tracker_for(made.recording);
+  OffsetTracker tracker = tracker_for(made.recording, how());
   std::optional<double> held, sigma;
   feed(tracker, made.recording, [&] {
     const OffsetNow now = tracker.estimate();
@@ -131,11 +143,11 @@ TEST(OffsetTracker, HoldsWhatItKnowsWhileStanding) {
   EXPECT_LT(std::abs(error_s(tracker.result(), made)), 4 * *tracker.result().sigma_s);
 }
 
-TEST(OffsetTracker, FollowsAStep) {
+TEST_P(TrackingLaws, FollowsAStep) {
   HandheldOptions o = options("handheld", 24, 17);
   o.step_s = 0.005, o.step_at_s = 12;
   const SimulatedRecording made = simulate_handheld(o);
-  OffsetTracker tracker = tracker_for(made.recording);
+  OffsetTracker tracker = tracker_for(made.recording, how());
   feed(tracker, made.recording);
   const Estimate e = tracker.result();
   ASSERT_TRUE(e.answered());
@@ -143,9 +155,9 @@ TEST(OffsetTracker, FollowsAStep) {
   EXPECT_LT(std::abs(error_s(e, made)), 2e-4);
 }
 
-TEST(OffsetTracker, BadDataAreLeftOutAndSaid) {
+TEST_P(TrackingLaws, BadDataAreLeftOutAndSaid) {
   const SimulatedRecording made = simulate_handheld(options("handheld", 5, 18));
-  OffsetTracker tracker = tracker_for(made.recording);
+  OffsetTracker tracker = tracker_for(made.recording, how());
   const ImuSample bad{made.recording.imus[0].stamps[20], Vec3::Constant(std::numeric_limits<double>::quiet_NaN()),
                       Vec3::Zero()};
   std::size_t frames = 0;

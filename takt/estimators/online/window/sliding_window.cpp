@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "takt/motion/trajectory.h"
@@ -15,10 +16,10 @@ namespace {
 constexpr ImuNoise usual_noise{
     .gyro_density = 5e-4, .gyro_random_walk = 5e-5, .accel_density = 5e-3, .accel_random_walk = 5e-3};
 constexpr std::size_t window_states = 12;
-/// Frames closer than this to the one before are passed over: the window shall span a second.
+/// A camera's frames closer than this to its one before are passed over: the window shall span a second.
 constexpr double least_spacing_s = 0.07;
-/// A second camera's frame so near to a state is its.
-constexpr double same_instant_s = 0.004;
+/// Another camera's frame so near to a state is its; else it gets a state of its own.
+constexpr double same_instant_s = 0.005;
 constexpr std::size_t fewest_sightings = 3, most_active = 70;
 constexpr int most_iterations = 4;
 constexpr double huber = 2.5;  ///< σ
@@ -79,6 +80,7 @@ void SlidingWindow::start(const FirstMotion& first) {
   states_.clear();
   for (auto& of_camera : tracks_) of_camera.clear();
   corrections_.clear();
+  last_taken_s_.assign(cameras_.size(), -std::numeric_limits<double>::infinity());
   fitted_ = 0, marginalised_ = false, broken_ = false, stepped_ = false, misfit_ = 1;
 
   State s;
@@ -129,7 +131,9 @@ FrameReport SlidingWindow::observe(const BearingFrame& frame, const ImuHistory& 
   const double dt_s = t_s - states_.back().t_s;
   const auto taken = [&](const Shot& shot) { return shot.camera == frame.camera; };
   const bool joins = std::abs(dt_s) < same_instant_s && std::ranges::none_of(states_.back().shots, taken);
-  if (!joins && dt_s < least_spacing_s) return report;
+  double& last_taken_s = last_taken_s_[frame.camera];
+  if (frame.t_s - last_taken_s < least_spacing_s || (!joins && !(dt_s > 0))) return report;
+  last_taken_s = frame.t_s;
   if (!joins) add_state(t_s, imu);
   report.used = true;
   report.t_imu_s = states_.back().t_s;

@@ -142,6 +142,7 @@ class SlidingWindow : public OffsetMethod {
   std::deque<State> states_;
   std::vector<std::map<std::int64_t, Track>> tracks_;  ///< by camera
   Prior prior_;
+  std::vector<double> last_taken_s_;  ///< by camera, on its clock
   std::int64_t next_shot_ = 0;
   std::size_t fitted_ = 0;  ///< frames since the start
   bool marginalised_ = false;
