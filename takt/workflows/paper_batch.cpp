@@ -9,7 +9,7 @@ namespace takt::paper {
 
 namespace {
 
-constexpr double recording_s = 5;
+constexpr double recording_s = 8;
 constexpr double accel_density = 2.9e-3;  // m/s²/√Hz: 300 µg/√Hz, the MPU9250's data sheet
 
 BoardOptions free_motion(const PendulumRig& rig, std::uint64_t seed) {

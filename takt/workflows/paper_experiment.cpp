@@ -64,7 +64,7 @@ ReportTable rate_table(const Runs& runs) {
   ReportTable t{
       "Table 4: 15° to 9°",
       fmt::format("Means of {} recordings in ms; extrema and damped on 15° to 9°, spline on every swing. The "
-                  "last column is the IMU off the pendulum, 5 s of free motion before a board.",
+                  "last column is the IMU off the pendulum, 8 s of free motion before a board.",
                   runs.rates[0][0].size()),
       {"rate Hz", "filter ms", "paper", "paper's Kalibr", "extrema", "damped", "spline", "truth", batch_column},
       {}};
