@@ -55,6 +55,8 @@ constexpr std::size_t most_window_frames = 40;
 constexpr double start_loosened = 5;
 constexpr double longest_imu_hole_s = 0.15;
 constexpr double held_too_long_s = 5, trusted_sigma_s = 1e-3, least_tracked_s = 1;
+/// Of pictures, whose corners err alike from frame to frame: on EuRoC's 4.7 s the answer is 3.7 σ off.
+constexpr double least_followed_s = 10;
 /// What an offset that is not watched may do (1/√s·s): a drift of this size, one sigma.
 constexpr double unwatched_drift = 5e-5;
 /// A corner tracker's, until it is measured.
@@ -450,6 +452,8 @@ struct OffsetTracker::State {
       if (excitation.one_axis())
         weak("the rig turns about one axis only: the camera's mounting about it is not observable");
       if (t_motion_s - t_started_s < least_tracked_s) weak("the motion has only just begun");
+      if (!rig.cameras[c].pixel_sigma && t_motion_s - t_started_s < least_followed_s)
+        weak("seconds of followed corners only: their errors persist from picture to picture, which σ does not know");
       if (method->misfit() > 2.5)
         weak(fmt::format("the features misfit {:.1f}-fold: the model misses something", std::sqrt(method->misfit())));
     } else {
