@@ -14,6 +14,7 @@
 #include "takt/estimators/alignment/focal.h"
 #include "takt/estimators/alignment/likelihood.h"
 #include "takt/estimators/alignment/phase.h"
+#include "takt/estimators/alignment/rivals.h"
 #include "takt/estimators/alignment/tdicp.h"
 #include "takt/estimators/alignment/verdict.h"
 
@@ -62,7 +63,7 @@ Estimate correlation_estimate(const Problem& p, const Correlation& c, const Esti
   Estimate e = base;
   e.method = "correlation";
   const double middle = 0.5 * (p.steps.front().t0 + p.steps.back().t1);
-  set_offset(e, p, c.peaks.front().offset_s, c.sigma_s, middle);
+  set_offset(e, p, c.peaks.front().offset_s, c.peaks.front().sigma_s, middle);
   e.extras.push_back({"correlation", c.peaks.front().r, std::nullopt});
   return e;
 }
@@ -266,7 +267,8 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
   const double widest = std::numeric_limits<double>::infinity();
   const double search = options.search_s.value_or(widest);
   const RateGrids grids = rate_grids(problem);
-  const Correlation coarse = correlate(problem, grids, -search - between, search - between);
+  Correlation coarse = correlate(problem, grids, -search - between, search - between);
+  settle_rivals(problem, coarse);
   if (const auto why = no_answer(measure_excitation(problem), coarse, problem)) {
     Estimate e = refuse(*why);
     if (!coarse.curve_r.empty()) e.evidence.panels.push_back(correlation_panel(problem, coarse));

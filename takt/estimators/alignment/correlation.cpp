@@ -202,16 +202,20 @@ Correlation correlate(const Problem& problem, const RateGrids& g, double from_s,
   const double independent_lags = std::max(1.0, static_cast<double>(highest - lowest + 1) / static_cast<double>(lobe));
   // The rotation is fitted too: three more numbers with which chance can help itself.
   out.significance = std::log(1e6 * independent_lags) + 3;
-  out.sigma_s = peak_sigma(g, out.peaks.front(), c.memory);
+  for (Peak& p : out.peaks) p.sigma_s = peak_sigma(g, p, c.memory);
   out.rival_margin = std::numeric_limits<double>::infinity();
   if (out.peaks.size() > 1) {
-    // At equal overlap: how much worse the rival explains as much data as the shorter of the two overlaps holds.
+    const Peak &best = out.peaks[0], &rival = out.peaks[1];
     const auto pairs_at = [&](const Peak& p) {
       const auto i = static_cast<std::ptrdiff_t>(std::llround(g.lag_of(p.offset_s))) - c.first_lag;
       return c.pairs[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, std::ssize(c.pairs) - 1))];
     };
-    const double pairs = std::min(pairs_at(out.peaks[0]), pairs_at(out.peaks[1]));
-    out.rival_margin = evidence(pairs, out.peaks[0].r) - evidence(pairs, out.peaks[1].r);
+    const double shorter = std::min(pairs_at(best), pairs_at(rival));
+    // A rival that stands out by itself may be a motion that repeats: it is held against the same amount of data. One
+    // that chance explains, a second of overlap with anything, is held against all that speaks for the best.
+    const bool by_chance = rival.evidence < out.significance;
+    out.rival_margin =
+        by_chance ? best.evidence - rival.evidence : evidence(shorter, best.r) - evidence(shorter, rival.r);
   }
   return out;
 }

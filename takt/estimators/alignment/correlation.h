@@ -12,6 +12,7 @@ namespace takt::alignment {
 /// One place where the two signals fit.
 struct Peak {
   double offset_s = 0;  ///< internal
+  double sigma_s = 0;   ///< of the offset
   double r = 0;         ///< vector correlation under the best rotation, 0…1
   double evidence = 0;  ///< log likelihood ratio against no relation, nats
   Mat3 R_reference_sensor = Mat3::Identity();
@@ -22,10 +23,9 @@ struct Peak {
 /// which a weak or short motion is lost.
 struct Correlation {
   std::vector<Peak> peaks;  ///< best first, apart from each other by more than a lobe
-  double sigma_s = 0;       ///< of the first peak's offset
-  double lobe_s = 0;        ///< half-width of its main lobe
+  double lobe_s = 0;        ///< half-width of a main lobe
   double significance = 0;  ///< evidence that noise alone would reach once in a million searches
-  double rival_margin = 0;  ///< evidence of the first over the second at equal overlap; infinite without a second
+  double rival_margin = 0;  ///< evidence of the first over the second; infinite without a second
   double searched_from_s = 0, searched_to_s = 0;  ///< internal offsets
   std::vector<double> curve_offset_s, curve_r;    ///< correlation, thinned for a plot
   std::string refusal;                            ///< why there is no peak at all; empty if there is one

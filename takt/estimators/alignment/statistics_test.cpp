@@ -70,5 +70,18 @@ TEST(AlignmentStatistics, TracksAgainstGyro) {
   expect_standard_normal(errors_over_sigma({.name = "tracks", .duration_s = 12}, 24));
 }
 
+/// Some seconds of slow motion correlate with one second of any other by chance. That makes no rival of it.
+TEST(AlignmentStatistics, AChanceLikenessIsNoRival) {
+  parallel_for(12, 0, [](int i) {
+    const cases::Recorded r =
+        cases::record({.name = "short and slow", .motion = "weak", .duration_s = 8}, static_cast<std::uint64_t>(i + 1));
+    const Estimate found = align_rotation(r.sensor, r.reference);
+    for (const std::string& reason : found.reasons) EXPECT_EQ(reason.find("two offsets"), std::string::npos) << reason;
+    if (found.verdict == Verdict::trusted) {
+      EXPECT_LT(std::abs(cases::offset_error_s(found, r.truth)), 4 * *found.sigma_s) << "seed " << i + 1;
+    }
+  });
+}
+
 }  // namespace
 }  // namespace takt

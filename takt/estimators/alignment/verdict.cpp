@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "takt/estimators/alignment/rivals.h"
+
 namespace takt::alignment {
 
 namespace {
 
-/// The rival must explain the data worse by this much (nats): e¹² to one.
-constexpr double clear_margin = 12;
 /// Below this share of common rotation, with both sides sure of themselves, they do not see the same motion.
 constexpr double disagreement = 0.4, doubtful_agreement = 0.85;
 /// "Sure of themselves": they misfit beyond their claims, in general or in proportion to the turn.
