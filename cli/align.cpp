@@ -48,7 +48,7 @@ void add_align(CLI::App& app, Common& common, Action& action) {
       ->capture_default_str();
   add_options(verb, job->alignment);
   verb.get_option("--method")->check(CLI::IsMember({"auto", "correlation", "phase", "tdicp", "ml"}));
-  verb.get_option("--search")->check(CLI::PositiveNumber);
+  verb.get_option("--search")->check(above_zero());
   add_open_options(verb, job->open);
   add_common(verb, common);
   add_result_output(verb, common);

@@ -68,7 +68,7 @@ void add_clock(CLI::App& app, Common& common, Action& action) {
       ->check(CLI::IsMember({"auto", "kalman", "hull"}))
       ->default_str("auto");
   verb.add_option("--tick-hz", line->job.csv.tick_hz, "nominal rate of the counter (default: found)")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   verb.add_option("--counter-bits", line->job.csv.counter_bits, "width of the counter (default: found where it wraps)")
       ->check(CLI::Range(8, 64));
   verb.add_option("--time-unit", line->job.csv.time_unit, "unit of stamps: auto, s, ms, us, ns")

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "cli/interrupt.h"
+#include "cli/options.h"
 #include "cli/output.h"
 #include "cli/progress.h"
 #include "takt/calibration/words.h"
@@ -52,12 +53,12 @@ void add_listen(CLI::App& app, Common& common, Action& action) {
   CLI::App& verb = *app.add_subcommand("listen", "a live device's events on UTC, one JSON line each");
   const auto job = std::make_shared<ListenJob>();
   verb.add_option("SOURCE", job->source, "serial device, pipe, file, or - for standard input")->required();
-  verb.add_option("--baud", job->baud, "of a serial device")->check(CLI::PositiveNumber)->capture_default_str();
+  verb.add_option("--baud", job->baud, "of a serial device")->check(above_zero())->capture_default_str();
   verb.add_option("--format", job->format, "gateware, text, or auto")
       ->check(CLI::IsMember({"auto", "gateware", "text"}))
       ->default_str("auto");
   verb.add_option("--tick-hz", job->tick_hz, "rate of the counter, where the device does not say it")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   verb.add_option("--counter-bits", job->counter_bits, "width of a text device's counter")
       ->check(CLI::Range(8, 64))
       ->capture_default_str();

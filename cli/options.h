@@ -8,6 +8,16 @@
 
 namespace takt::cli {
 
+/// Accepts numbers above zero. CLI11's own check names the largest double as the limit.
+inline CLI::Validator above_zero() {
+  return {[](std::string& typed) {
+            double value = 0;
+            const bool good = CLI::detail::lexical_cast(typed, value) && value > 0;
+            return good ? std::string() : typed + " is not a number above 0";
+          },
+          "POSITIVE"};
+}
+
 /// Adds every field of an options struct (takt/calibration/options.h) to a verb: search_s -> --search, in seconds.
 /// A switch that is on by default is turned off by --no-<name>. `options` must outlive the parse.
 template <class Options>
