@@ -39,8 +39,12 @@ Panel correlation_panel(const Problem& problem, const Correlation& c) {
 }
 
 Panel rates_panel(const Problem& problem, double offset_s, double drift, double centre_s, const Mat3& R, bool after) {
-  Panel p = after ? panel("rates_after", "lines", "Angular rate after alignment",
-                          "The two should lie on each other, in every swing.")
+  const std::string lie = "The two should lie on each other, in every swing";
+  const std::string seen =
+      problem.pairs.empty()
+          ? "."
+          : ", but for what the camera's own way adds to its apparent turning; the answer knows the two apart.";
+  Panel p = after ? panel("rates_after", "lines", "Angular rate after alignment", lie + seen)
                   : panel("rates_before", "lines", "Angular rate before alignment",
                           "Both as stamped; where the clocks have nothing in common their starts are laid together.");
   p.x = {"time on the sensor's clock since its first stamp", "s", {}, {}};
