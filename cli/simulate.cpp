@@ -59,7 +59,7 @@ int simulate(const SimulationKind& kind, SimulationRequest request, const Common
     else if (!common.quiet)
       fmt::print("{}: {}\n", request.folder, sentence(truth));
   } catch (const std::invalid_argument& e) {
-    fmt::print(stderr, "takt simulate {}: {}\n", kind.name, e.what());
+    fmt::print(stderr, "takt simulate {}: {}{}\n", kind.name, e.what(), scenario_advice(request.scenario));
     return 2;
   }
   return 0;
@@ -74,7 +74,8 @@ void add_simulate(CLI::App& app, Common& common, Action& action) {
     const auto request = std::make_shared<SimulationRequest>();
     CLI::App* sub = verb->add_subcommand(kind.name, kind.says);
     sub->add_option("-o,--output", common.output, "folder to write; must not be there yet")->required();
-    sub->add_option("--scenario", request->scenario, "a scenario file, or the name of a motion");
+    sub->add_option("--scenario", request->scenario,
+                    "a scenario: a file, one of takt's own by name or number, or a motion");
     add_common(*sub, common);
     add_parameters(*sub, kind, *request);
     sub->callback([&kind, request, &common, &action] {

@@ -2,15 +2,11 @@
 #include "takt/simulation/parameters.h"
 
 #include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-
-#include "takt/error.h"
 
 namespace takt {
 
@@ -65,26 +61,6 @@ void throw_unknown_parameter(const std::string& field, const std::vector<Paramet
 
 void throw_bad_value(const std::string& field, const std::string& text, const std::string& why) {
   throw std::invalid_argument(field + ": '" + text + "' " + why);
-}
-
-ParameterChanges read_scenario(const std::string& path) {
-  ParameterChanges out;
-  if (!std::ifstream(path)) throw Error("cannot be read", path, "give a scenario file or the name of a motion");
-  try {
-    const YAML::Node root = YAML::LoadFile(path);
-    if (root.IsNull()) return out;
-    if (!root.IsMap()) throw Error("is not a list of 'field: value'", path, "see the files in scenarios/");
-    for (const auto& entry : root) {
-      const std::string field = entry.first.as<std::string>();
-      if (!entry.second.IsScalar())
-        throw Error("'" + field + "' has no single value", fmt::format("{}:{}", path, entry.second.Mark().line + 1),
-                    "write 'field: value'");
-      out[field] = entry.second.Scalar();
-    }
-  } catch (const YAML::Exception& e) {
-    throw Error(e.msg, fmt::format("{}:{}", path, e.mark.line + 1), "write 'field: value', one a line");
-  }
-  return out;
 }
 
 std::string parameters_json(const std::vector<Parameter>& list) {

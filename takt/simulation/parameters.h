@@ -79,9 +79,6 @@ void change(Struct& p, const ParameterChanges& changes) {
   }
 }
 
-/// A scenario file: YAML with only the parameters that differ, `field: value` each. Throws takt::Error.
-[[nodiscard]] ParameterChanges read_scenario(const std::string& path);
-
 /// One JSON object: numbers as numbers, switches as true and false, null where left to the simulator.
 [[nodiscard]] std::string parameters_json(const std::vector<Parameter>& list);
 

@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <array>
-#include <filesystem>
 
 #include "takt/recording/kalibr_files.h"
 #include "takt/simulation/clock_rig.h"
@@ -12,6 +11,7 @@
 #include "takt/simulation/handheld_parameters.h"
 #include "takt/simulation/pendulum_film.h"
 #include "takt/simulation/pendulum_parameters.h"
+#include "takt/simulation/scenario.h"
 #include "takt/simulation/target_parameters.h"
 
 namespace takt {
@@ -22,7 +22,7 @@ namespace {
 /// `named`: the field that a scenario without a file stands for.
 template <class Parameters>
 Parameters parameters_for(const SimulationRequest& request, const std::string& named, Parameters p = {}) {
-  if (std::filesystem::is_regular_file(request.scenario))
+  if (is_scenario(request.scenario))
     change(p, read_scenario(request.scenario));
   else if (!request.scenario.empty())
     change(p, {{named, request.scenario}});
@@ -189,6 +189,11 @@ const std::array<SimulationKind, 5> kinds{{
 
 std::span<const SimulationKind> simulation_kinds() {
   return kinds;
+}
+
+std::string scenario_advice(const std::string& scenario) {
+  if (scenario.empty() || is_scenario(scenario)) return "";
+  return "; nor is it a file or one of the scenarios " + scenario_names();
 }
 
 std::string truth_json(const Estimate& truth, const std::string& kind, const std::vector<Parameter>& list) {

@@ -34,6 +34,9 @@ struct SimulationKind {
 
 [[nodiscard]] std::span<const SimulationKind> simulation_kinds();
 
+/// "; nor is it a file or one of the scenarios …", for what went wrong with a name that is neither; else nothing.
+[[nodiscard]] std::string scenario_advice(const std::string& scenario);
+
 /// truth.json: the truth as a result object, and under "simulation" what it was made from.
 [[nodiscard]] std::string truth_json(const Estimate& truth, const std::string& kind,
                                      const std::vector<Parameter>& parameters);

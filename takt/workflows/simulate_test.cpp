@@ -163,9 +163,20 @@ TEST_F(Simulate, AScenarioFileHoldsOnlyWhatDiffersAndTheCommandLineWins) {
 
 TEST_F(Simulate, AScenarioMayBeTheNameOfAMotion) {
   request_.changes["tracks"] = "true";
-  request_.scenario = "still";
+  request_.scenario = "single_axis";
   static_cast<void>(run());
-  EXPECT_NE(text("truth.json").find("\"motion\": \"still\""), std::string::npos);
+  EXPECT_NE(text("truth.json").find("\"motion\": \"single_axis\""), std::string::npos);
+}
+
+TEST_F(Simulate, TheProjectsScenariosHaveNamesAndNumbers) {
+  request_.changes["resolution"] = "64x48";
+  request_.changes["duration_s"] = "1";
+  for (const char* name : {"011", "rolling-shutter", "011-rolling-shutter"}) {
+    request_.scenario = name;
+    request_.folder = (root_ / name).string();
+    const Estimate truth = kind("handheld").write(request_);
+    EXPECT_GT(truth.line_delay_s.value_or(0), 0) << name;
+  }
 }
 
 TEST_F(Simulate, EveryScenarioOfTheProjectCanBeMade) {
