@@ -42,6 +42,7 @@ struct SplineFit {
   double angle_sigma_rad = 0;  ///< of one reading
   double rate_density = 0;     ///< rad/s/√Hz at low frequency
   double knot_interval_s = 0;
+  bool knots_halved = false;  ///< the motion is faster than a swing's
   std::size_t angles = 0, rates = 0, dropped_angles = 0, dropped_rates = 0;
 
   std::vector<StretchDelay> stretches;

@@ -169,11 +169,25 @@ struct Fitted {
   std::string turns;  ///< what is to be said where the offset is longer than a quarter of the period
 };
 
+/// Whether the motion before `until_s` is more than the noise of the rest: then the swings after it may tell more
+/// alone.
+bool beginning_disturbs(const SplineFit& fit, double until_s) {
+  if (disagreement(fit) > 1 || fit.knots_halved) return true;
+  double before = 0, after = 0, n_before = 0, n_after = 0;
+  for (std::size_t i = 0; i < fit.rate_time_s.size(); ++i) {
+    const bool early = fit.rate_time_s[i] - fit.delay_s < until_s;
+    (early ? before : after) += fit.rate_residual_rad_s[i] * fit.rate_residual_rad_s[i];
+    (early ? n_before : n_after) += 1;
+  }
+  return before * n_after > (1 + 4 * std::sqrt(2 / std::max(1.0, n_before))) * after * n_before;
+}
+
 /// The window that tells the delay best, of those whose swings agree.
 Fitted fit_best_window(const Signals& signals, const Swings& swings, const std::vector<Window>& windows,
                        const Coarse& coarse, bool line_delay) {
   Fitted best;
   for (const Window& window : windows) {
+    if (!best.window.swings.empty() && !beginning_disturbs(best.fit, window.swings.front().from_s)) break;
     SplineFit fit = fit_joint_spline(signals, task_for(swings, window, coarse, line_delay));
     const bool agrees = disagreement(fit) <= 1, better = agrees && fit.delay_sigma_s < best.fit.delay_sigma_s;
     if (best.window.swings.empty() || (better && disagreement(best.fit) <= 1) ||
