@@ -10,6 +10,9 @@
 namespace takt::pendulum {
 namespace {
 
+constexpr const char* not_converging =
+    "the joint fit of angle and rate does not converge: were frames or samples lost while their stamps went on?";
+
 double robust_sigma(std::vector<double> v) {
   for (double& x : v) x = std::abs(x);
   const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
@@ -97,6 +100,7 @@ void tell_stretches(const SplineModel& model, const SplineTask& task, SplineFit&
   fit.stretches = found->delays;
   fit.scatter = found->scatter;
   fit.scatter_dof = found->dof;
+  fit.scatter_about_drift = found->scatter_about_drift;
   fit.epoch_s = found->epoch_s;
   fit.drift = found->drift;
   fit.drift_sigma = found->drift_sigma;
@@ -138,7 +142,7 @@ SplineFit fit_joint_spline(const Signals& signals, const SplineTask& task) {
     Residuals left;
     for (int pass = 0; pass < 4; ++pass) {
       if (!model.converge()) {
-        fit.failure = "the joint fit of angle and rate does not converge";
+        fit.failure = not_converging;
         return fit;
       }
       left = residuals(data, model);
@@ -148,7 +152,7 @@ SplineFit fit_joint_spline(const Signals& signals, const SplineTask& task) {
     if (follows_the_motion(left.angle, model) || knots < 3 * signals.frame_interval_s) break;
   }
   if (!model.converge()) {
-    fit.failure = "the joint fit of angle and rate does not converge";
+    fit.failure = not_converging;
     return fit;
   }
 

@@ -48,6 +48,7 @@ struct SplineFit {
   std::vector<StretchDelay> stretches;
   double scatter = 1;  ///< √(χ²/n) of the stretches' delays about their mean: 1 when σ is honest
   int scatter_dof = 0;
+  double scatter_about_drift = 1;  ///< the same about the line of the drift
 
   std::vector<double> angle_time_s, angle_rad, angle_residual_rad;
   std::vector<double> rate_time_s, rate_rad_s, rate_residual_rad_s;  ///< means over short bins, gyro's sign and scale

@@ -323,6 +323,23 @@ TEST(Pendulum, RefusesWhatCannotAnswer) {
     refused(run.dial(), imu, "does not follow");
   }
   {
+    AngleStream dial = run.dial();
+    for (double& a : dial.angle_rad) a = 0.2 * std::sin(1e4 * a);
+    refused(dial, run.imu(), "no swing stands out");
+  }
+  {
+    ImuStream imu = run.imu();  // microseconds that say they are nanoseconds
+    for (Stamp& t : imu.stamps) t = run.dial().stamps.front() + (t - run.dial().stamps.front()) / 1000;
+    refused(run.dial(), imu, "another unit");
+  }
+  for (const std::size_t every : {400u, 150u}) {
+    // Frames lost, their stamps not: the pictures move up, and the delay grows by a frame at each.
+    AngleStream dial = run.dial();
+    std::erase_if(dial.angle_rad, [&, i = std::size_t{0}](double) mutable { return ++i % every == 0; });
+    dial.stamps.resize(dial.angle_rad.size());
+    refused(dial, run.imu(), "stamps went on");
+  }
+  {
     const Recorded brief = ordinary(2, 5);
     refused(brief.dial(), brief.imu(), "too few swings");
   }

@@ -197,6 +197,19 @@ void check_lengths(const AngleStream& dial, const ImuStream& imu) {
         fmt::format("pendulum: {} stamps but {} rates in {}", imu.stamps.size(), imu.gyro_rad_s.size(), imu.name));
 }
 
+double span_s(const std::vector<Stamp>& stamps) {
+  const auto [first, last] = std::minmax_element(stamps.begin(), stamps.end());
+  return seconds_since(*first, *last);
+}
+
+/// Stamps of one stream in another unit than the other's, or empty: no recording has a gyro for a thousandth of it.
+std::string refuse_spans(const AngleStream& dial, const ImuStream& imu) {
+  const double angles = span_s(dial.stamps), rates = span_s(imu.stamps);
+  if (angles > 0 && rates > 0 && angles < 300 * rates && rates < 300 * angles) return "";
+  return fmt::format("{}'s stamps span {:.3g} s and {}'s {:.3g} s: are those of one in another unit?", dial.name,
+                     angles, imu.name, rates);
+}
+
 }  // namespace
 
 Signals prepare(const AngleStream& dial, const ImuStream& imu, bool line_delay_unknown) {
@@ -206,6 +219,8 @@ Signals prepare(const AngleStream& dial, const ImuStream& imu, bool line_delay_u
     s.refusal = fmt::format("too little data: {} angles and {} rates", dial.size(), imu.size());
     return s;
   }
+  s.refusal = refuse_spans(dial, imu);
+  if (!s.refusal.empty()) return s;
   s.epoch = *std::min_element(dial.stamps.begin(), dial.stamps.end());
   take_angles(s, dial, line_delay_unknown);
   take_rates(s, imu);

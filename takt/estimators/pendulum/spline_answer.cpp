@@ -144,12 +144,14 @@ std::optional<SplineModel::Stretches> SplineModel::stretch_delays(const std::vec
   const double mean = weighted.dot(delta) / total;
   const Eigen::VectorXd from_mean = delta - mean * ones;
   out.dof = k - 1;
-  out.scatter = std::sqrt(from_mean.dot(factor.solve(from_mean)) / out.dof);
+  const double squares = from_mean.dot(factor.solve(from_mean));
+  out.scatter = std::sqrt(squares / out.dof);
   const Eigen::VectorXd slope = time - out.epoch_s * ones;
   const double slope_information = slope.dot(factor.solve(slope));
   const double slope_s = factor.solve(slope).dot(delta) / slope_information;
   out.drift = slope_s;
   out.drift_sigma = 1 / std::sqrt(slope_information);
+  out.scatter_about_drift = std::sqrt(std::max(0.0, squares - slope_s * slope_s * slope_information) / (out.dof - 1));
   for (int i = 0; i < k; ++i) out.delays.push_back({time[i], delay_s_ + delta[i], std::sqrt(covariance(i, i))});
   return out;
 }

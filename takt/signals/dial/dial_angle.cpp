@@ -169,6 +169,7 @@ double by_frames(Work& w, const DialOptions& options, std::vector<std::string>& 
     if (r) r->reading_rad += offset;
   if (!keep) return 1;
   // A dial of its own: what the frames show is all there is.
+  measure_line_delay(w);
   for (Pattern& p : w.print) std::fill(p.grey.begin(), p.grey.end(), 0.0f);
   std::vector<Placed> frames = placed(w, chosen(readings, frames_for_mosaic));
   for (Placed& f : frames) f.at.gain = 1, f.at.level = 0;

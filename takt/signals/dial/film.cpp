@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/signals/dial/film.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <atomic>
 #include <exception>
 #include <mutex>
 #include <thread>
+
+#include "takt/error.h"
 
 namespace takt::dial {
 namespace {
@@ -79,6 +83,10 @@ Film read_film(const CameraStream& camera, const Rectifier& rectify, int threads
         reader->skip_to(next);
         continue;
       }
+      if (!rectify.fits(frame->image))
+        throw Error(fmt::format("picture {} has {}x{} pixels, not the {}x{} of its camera's resolution", i,
+                                frame->image.width, frame->image.height, rectify.width(), rectify.height()),
+                    camera.name, "correct resolution and intrinsics in its sensor.yaml");
       seen[i] = rectify(frame->image);
       exposure_s[i] = frame->exposure_s;
       if ((i + 1) % stretch == 0) reader->skip_to(i + 1 + stretch * static_cast<std::size_t>(workers - 1));

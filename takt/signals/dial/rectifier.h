@@ -31,6 +31,10 @@ class Rectifier {
   Rectifier(const std::vector<Strip>& strips, const DialView& view);
 
   [[nodiscard]] const std::vector<Slot>& slots() const { return slots_; }
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  [[nodiscard]] bool fits(const GrayImage& image) const { return image.width == width_ && image.height == height_; }
+  /// Throws std::invalid_argument for an image that does not fit.
   [[nodiscard]] Profile operator()(const GrayImage& image) const;
 
  private:

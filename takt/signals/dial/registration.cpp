@@ -77,6 +77,8 @@ Registration register_profile(const Profile& profile, const SlotMap& map, const 
   if (!start(r, looks)) return r;
   const double pattern_step = patterns.front().step_rad;
   const double furthest = 12 * pattern_step;  // a step of the search and a line's width
+  double rows = 0;
+  for (const Look& look : looks) rows = std::max(rows, std::abs(look.row));
   bool settled = false;
   for (int round = 0; round <= most_steps; ++round) {
     // Unknowns: reading, shear, gain, level.
@@ -117,7 +119,7 @@ Registration register_profile(const Profile& profile, const SlotMap& map, const 
     r.shear_rad += part_taken * step[1];
     r.gain += part_taken * step[2];
     r.level += part_taken * step[3];
-    settled = std::abs(by) < 1e-3 * pattern_step;
+    settled = std::abs(by) < 1e-3 * pattern_step && std::abs(step[1]) * rows < 1e-2 * pattern_step;
   }
   return r;
 }
