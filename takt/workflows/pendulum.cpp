@@ -104,6 +104,16 @@ std::optional<YamlFields> read_rig_file(const PendulumJob& job, PendulumOutcome&
   return YamlFields(read_file(file), file);
 }
 
+/// A rig that cannot see its dial is the rig file's fault.
+DialAngles read_dial(const CameraStream& camera, const DialRig& rig, const DialOptions& options,
+                     const std::string& where) {
+  try {
+    return dial_angles(camera, rig.dial, rig.view, options);
+  } catch (const std::invalid_argument& e) {
+    throw Error(e.what(), where, "correct the rig file");
+  }
+}
+
 /// The dial's angles: as they were logged, or read from pictures.
 AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, const PendulumJob& job,
                     PendulumOutcome& out) {
@@ -124,7 +134,7 @@ AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, cons
   options.threads = job.threads;
   options.rows = job.pendulum.estimate_line_delay;
   options.progress = job.progress;
-  DialAngles read = dial_angles(camera, seen.dial, seen.view, options);
+  DialAngles read = read_dial(camera, seen, options, out.files.back());
   for (const std::string& note : read.notes) out.notes.push_back(camera.name + ": " + note);
   if (read.angles.size() == 0)
     throw Error("none of its pictures shows the dial", job.input,
@@ -132,9 +142,18 @@ AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, cons
   return std::move(read.angles);
 }
 
-}  // namespace
-
-namespace {
+/// The rows of a frame's two readings are known to a share of what is between them (a mounting that was told to a
+/// degree, a print that ends within a strip: seen in films of known line delay), and the offset is that of a row far
+/// from both.
+void widen_by_rows(Estimate& e, const AngleStream& dial) {
+  constexpr double share = 5e-4;
+  if (!e.answered() || !e.line_delay_s || !e.line_delay_sigma_s || dial.rows.empty()) return;
+  double row = 0;
+  for (const double r : dial.rows) row += r / static_cast<double>(dial.rows.size());
+  const double sigma = share * std::abs(*e.line_delay_s);
+  e.line_delay_sigma_s = std::hypot(*e.line_delay_sigma_s, sigma);
+  e.sigma_s = std::hypot(*e.sigma_s, sigma * row);
+}
 
 /// Where both are known they should agree: a nominal readout is often a few percent off.
 void compare_line_delay(Estimate& e, const FrameTiming& told) {
@@ -163,6 +182,7 @@ PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
   const auto rig_temperature = rig ? rig->number("temperature_c") : std::nullopt;
   for (const ImuStream& imu : streams.imus) {
     Estimate e = calibrate_pendulum(dial, imu, options);
+    widen_by_rows(e, dial);
     compare_line_delay(e, dial.timing);
     if (const auto t = imu.temperature_c ? imu.temperature_c : rig_temperature)
       e.extras.push_back({"temperature_c", *t, std::nullopt});

@@ -222,7 +222,7 @@ Work read_pictures(const CameraStream& camera, const Dial& dial, const DialView&
   w.threads = options.threads;
   const double pixel_m = w.pixel_rad * view.radius_m;
   const std::vector<Strip> parts = strips(dial, margin_px * pixel_m, w.rolling ? rolling_strip_px * pixel_m : 1e9);
-  const Rectifier rectify(parts, view);
+  const Rectifier rectify(parts, view, w.rolling);
   w.map.slots = rectify.slots();
   double pixels = 0;
   for (const Slot& s : w.map.slots) w.map.pivot_row += s.pixels * s.row, pixels += s.pixels;

@@ -91,8 +91,10 @@ Registration register_profile(const Profile& profile, const SlotMap& map, const 
       const double angle = r.reading_rad + look.angle + r.shift_rad(look.row);
       if (!covers(*look.pattern, angle)) continue;
       const Pattern::Sample s = look.pattern->at(angle);
-      const double slope = look.light * r.gain * s.slope, grey = look.light * s.grey;
-      const Eigen::Vector4d gradient(slope, part.free_shear ? slope * look.row : 0, grey, look.light);
+      const double by_shear = look.pattern->grey_by_shear(angle);
+      const double slope = look.light * r.gain * s.slope, grey = look.light * (s.grey + r.shear_rad * by_shear);
+      const double sheared = slope * look.row + look.light * r.gain * by_shear;
+      const Eigen::Vector4d gradient(slope, part.free_shear ? sheared : 0, grey, look.light);
       const double residual = look.grey - r.gain * grey - look.light * r.level;
       normal.noalias() += look.pixels * gradient * gradient.transpose();
       right.noalias() += look.pixels * residual * gradient;
