@@ -150,9 +150,15 @@ void widen_by_rows(Estimate& e, const AngleStream& dial) {
   if (!e.answered() || !e.line_delay_s || !e.line_delay_sigma_s || dial.rows.empty()) return;
   double row = 0;
   for (const double r : dial.rows) row += r / static_cast<double>(dial.rows.size());
-  const double sigma = share * std::abs(*e.line_delay_s);
-  e.line_delay_sigma_s = std::hypot(*e.line_delay_sigma_s, sigma);
-  e.sigma_s = std::hypot(*e.sigma_s, sigma * row);
+  const double more = share * std::abs(*e.line_delay_s), whole = std::hypot(*e.line_delay_sigma_s, more);
+  // The swing by swing methods have taken the line delay as it was found: all of its uncertainty is in theirs.
+  const auto widen = [&](Estimate& one) {
+    if (!one.answered()) return;
+    one.sigma_s = std::hypot(*one.sigma_s, (one.line_delay_sigma_s ? more : whole) * row);
+    if (one.line_delay_sigma_s) one.line_delay_sigma_s = whole;
+  };
+  for (Estimate& one : e.estimates) widen(one);
+  widen(e);
 }
 
 /// Where both are known they should agree: a nominal readout is often a few percent off.

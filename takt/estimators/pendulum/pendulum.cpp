@@ -329,10 +329,14 @@ Estimate calibrate_pendulum(const AngleStream& dial, const ImuStream& imu, const
   count_half_swings(found, signals, swings, options.estimate_line_delay);
   const SplineFit& fit = found.fit;
 
-  auto by_extrema = extrema_delays(signals, found.coarse, published.swings);
-  auto by_damped = damped_delays(signals, found.coarse, published.swings);
-  Estimate extrema = average("extrema", by_extrema, signals);
-  Estimate damped = average("damped", by_damped, signals);
+  const bool rolls = options.estimate_line_delay && fit.failure.empty();
+  const Signals timed = rolls ? with_line_delay(signals, fit.line_delay_s) : signals;
+  const Coarse near{rolls ? fit.delay_s : found.coarse.delay_s, found.coarse.scale, found.coarse.correlation};
+  const std::vector<Swing> by_swing = rolls ? published_window(find_swings(timed), options).swings : published.swings;
+  auto by_extrema = extrema_delays(timed, near, by_swing);
+  auto by_damped = damped_delays(timed, near, by_swing);
+  Estimate extrema = average("extrema", by_extrema, timed);
+  Estimate damped = average("damped", by_damped, timed);
   Estimate result = from_spline(fit, signals, swings.period_s, options);
   warn_of_neglected_phase(extrema, neglected_phase_s(by_damped));
   for (Estimate* e : {&extrema, &damped})

@@ -161,6 +161,10 @@ TEST(Pendulum, FindsTheLineDelayOfARollingShutter) {
   EXPECT_LT(std::abs(*e.line_delay_s - 30 * us), 4 * *e.line_delay_sigma_s);
   EXPECT_LT(*e.line_delay_sigma_s, 0.5 * us);
   EXPECT_LT(std::abs(error_s(e, run)), 4 * *e.sigma_s);
+  // The methods that go swing by swing take the readings at their own rows too.
+  ASSERT_EQ(e.estimates.size(), 3u);
+  EXPECT_LT(std::abs(error_s(e.estimates[1], run)), 4 * *e.estimates[1].sigma_s);
+  EXPECT_NEAR(error_s(e.estimates[2], run), -380 * us, 80 * us) << "the phase that extrema leaves out";
   // Declared instead of estimated, it is applied.
   const Estimate told = calibrate_pendulum(run.dial(), run.imu());
   EXPECT_LT(std::abs(error_s(told, run)), 4 * *told.sigma_s);

@@ -248,4 +248,18 @@ Signals prepare(const AngleStream& dial, const ImuStream& imu, bool line_delay_u
   return s;
 }
 
+Signals with_line_delay(const Signals& signals, double line_delay_s) {
+  Signals s = signals;
+  const auto time = [&](std::size_t i) { return signals.angle_time_s[i] + signals.row[i] * line_delay_s; };
+  std::vector<std::size_t> order(signals.angle_time_s.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return time(a) < time(b); });
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    s.angle_time_s[k] = time(order[k]);
+    s.angle_rad[k] = signals.angle_rad[order[k]];
+  }
+  s.row.assign(order.size(), 0);
+  return s;
+}
+
 }  // namespace takt::pendulum
