@@ -10,14 +10,10 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "takt/math/median.h"
+
 namespace takt::pendulum {
 namespace {
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
 
 /// The stamps' order, and how many of them stood in the wrong place.
 template <class Less>
