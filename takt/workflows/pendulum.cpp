@@ -14,6 +14,7 @@
 #include "takt/recording/open_recording.h"
 #include "takt/recording/yaml_fields.h"
 #include "takt/workflows/dial_rig.h"
+#include "takt/workflows/pick_named.h"
 
 namespace fs = std::filesystem;
 
@@ -59,30 +60,12 @@ Streams read_streams(const PendulumJob& job, PendulumOutcome& out) {
   return s;
 }
 
-template <class Stream>
-void keep_named(std::vector<Stream>& streams, const std::string& name, const std::string& where) {
-  if (name.empty()) return;
-  std::string known;
-  for (const Stream& s : streams) known += (known.empty() ? "" : ", ") + s.name;
-  std::erase_if(streams, [&](const Stream& s) { return s.name != name; });
-  if (streams.empty()) throw Error("there is no stream " + name, where, "it has: " + known);
-}
-
 /// What the stamps of the dial's frames mean.
 void apply_rig_file(FrameTiming& timing, const YamlFields& rig) {
   if (const auto exposure = rig.number("exposure_s")) timing.exposure_s = *exposure;
   if (const auto rows = rig.number("rows")) timing.rows = static_cast<int>(*rows);
   if (const auto readout = rig.number("readout_s")) timing.readout_s = *readout;
-  const auto stamp = rig.text("stamp");
-  if (!stamp) return;
-  if (*stamp == "start")
-    timing.instant = ExposureInstant::start;
-  else if (*stamp == "middle")
-    timing.instant = ExposureInstant::middle;
-  else if (*stamp == "end")
-    timing.instant = ExposureInstant::end;
-  else
-    rig.fail("stamp", "is \"" + *stamp + "\", none of start, middle, end");
+  timing.instant = exposure_instant(rig).value_or(timing.instant);
 }
 
 /// The estimator that was asked for takes the place of the default; all stay listed.
@@ -118,12 +101,12 @@ DialAngles read_dial(const CameraStream& camera, const DialRig& rig, const DialO
 AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, const PendulumJob& job,
                     PendulumOutcome& out) {
   if (!streams.angles.empty()) {
-    keep_named(streams.angles, job.sensor, job.input);
+    streams.angles = pick_named(streams.angles, job.sensor, "angle", job.input);
     AngleStream dial = std::move(streams.angles.front());
     if (rig) apply_rig_file(dial.timing, *rig);
     return dial;
   }
-  keep_named(streams.cameras, job.sensor, job.input);
+  streams.cameras = pick_named(streams.cameras, job.sensor, "camera", job.input);
   CameraStream& camera = streams.cameras.front();
   if (!rig)
     throw Error("there is no rig.yaml that says what its pictures show", job.input,
@@ -179,7 +162,7 @@ PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
     throw std::invalid_argument("there is no estimator \"" + job.estimator + "\"; there are spline, damped, extrema");
   PendulumOutcome out;
   Streams streams = read_streams(job, out);
-  keep_named(streams.imus, job.reference, job.input);
+  streams.imus = pick_named(streams.imus, job.reference, "IMU", job.input);
   const std::optional<YamlFields> rig = read_rig_file(job, out);
   const AngleStream dial = dial_of(streams, rig, job, out);
   PendulumOptions options = job.pendulum;

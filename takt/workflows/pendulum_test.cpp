@@ -107,6 +107,8 @@ TEST(PendulumWorkflow, ARigFileSaysWhatTheStampsMean) {
   ASSERT_TRUE(e.answered());
   EXPECT_LT(std::abs(to_seconds(*e.offset - *truth.offset)), 4 * *e.sigma_s);
   EXPECT_EQ(extra(e, "temperature_c"), 33);
+  job.rig_file = folder.file("other.yaml", "exposure_s: 0.01\nstamp: begin\n");
+  EXPECT_NEAR(to_seconds(*calibrate_pendulum(job).estimates.front().offset), to_seconds(*e.offset) - 0.01, 1e-7);
   // An exposure that is needed and not told is no trusted answer.
   job.rig_file = folder.file("less.yaml", "stamp: end\n");
   EXPECT_EQ(calibrate_pendulum(job).estimates.front().verdict, Verdict::weak);

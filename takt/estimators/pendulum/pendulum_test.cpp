@@ -336,6 +336,12 @@ TEST(Pendulum, RefusesWhatCannotAnswer) {
     for (Stamp& t : imu.stamps) t = run.dial().stamps.front() + (t - run.dial().stamps.front()) / 1000;
     refused(run.dial(), imu, "another unit");
   }
+  {
+    AngleStream dial = run.dial();
+    dial.timing.instant = ExposureInstant::start;
+    dial.timing.exposure_s = 1.5;
+    refused(dial, run.imu(), "milliseconds");
+  }
   for (const std::size_t every : {400u, 150u}) {
     // Frames lost, their stamps not: the pictures move up, and the delay grows by a frame at each.
     AngleStream dial = run.dial();

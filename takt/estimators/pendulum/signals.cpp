@@ -231,6 +231,13 @@ Signals prepare(const AngleStream& dial, const ImuStream& imu, bool line_delay_u
   s.frame_interval_s = median_interval(frames);
   s.rate_interval_s = median_interval(s.rate_time_s);
   s.angle_noise_rad = noise_of_angles(s);
+  if (dial.timing.instant != ExposureInstant::middle && dial.timing.exposure_s > 1.1 * s.frame_interval_s) {
+    s.refusal = fmt::format(
+        "{}'s exposure of {:g} s is longer than the {:.3g} s from frame to frame: is it told in "
+        "milliseconds?",
+        dial.name, dial.timing.exposure_s, s.frame_interval_s);
+    return s;
+  }
   const double from = std::max(s.angle_time_s.front(), s.rate_time_s.front());
   const double to = std::min(s.angle_time_s.back(), s.rate_time_s.back());
   if (to - from < 50 * s.frame_interval_s) {
