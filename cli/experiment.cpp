@@ -22,7 +22,7 @@ void add_experiment(CLI::App& app, Common& common, Action& action) {
   paper.add_option("--report", common.report, "write the report: the tables and the figures")
       ->check(writable_as({".html"}))
       ->type_name("FILE.html");
-  paper.add_flag("--images", options->images, "read the angles from rendered pictures: some ten minutes of two cores");
+  paper.add_flag("--images", options->images, "read the angles from rendered pictures: some two minutes of two cores");
   paper.add_option("--runs", options->runs, "recordings a setting in tables 4 and 5, which are averaged")
       ->check(CLI::Range(2, 1000))
       ->default_val(options->runs);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pendulum's estimators against truth and against the Cramér–Rao bound.
-//   accuracy_pendulum [RUNS [SEED]]     runs a rig, 300 unless told; every run has its own seed, and the runs of a rig
-//   go
-//                                round the twelve settings of filter and output rate
+//   accuracy_pendulum [RUNS [SEED]]
+// Runs a rig, 300 unless told; every run has its own seed, and the runs of a rig go round the twelve settings of filter
+// and output rate.
 // Last figures: bench/accuracy/pendulum.txt
 #include "takt/estimators/pendulum/pendulum.h"
 
@@ -60,6 +60,7 @@ int main(int argc, char** argv) {
       runs, 100 / std::sqrt(2.0 * runs), 100 * std::sqrt(0.95 * 0.05 / runs));
   std::printf("%-9s %5s | %7s %7s %7s %7s %9s %8s | %7s %7s | %8s %7s | %8s\n", "rig", "n", "spline", "std", "bound",
               "std/bnd", "mean z^2", "95% int", "damped", "std", "extrema", "std", "ms/run");
+  double all = 0, covered = 0, in_bounds = 0;  // squares of errors over the bound's
   std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 0;
   for (const std::string name : {"ordinary", "viscous", "bearing", "drag", "small", "tilted"}) {
     Errors spline, damped, extrema;
@@ -90,10 +91,17 @@ int main(int argc, char** argv) {
                  ((runs + 24) / 25);
     }
     const double n = static_cast<double>(spline.error_us.size());
+    all += n, covered += spline.covered, in_bounds += (n - 1) * std::pow(spline.deviation() / bound, 2);
     std::printf("%-9s %5.0f | %7.2f %7.2f %7.2f %7.3f %9.3f %7.1f%% | %7.2f %7.2f | %8.1f %7.2f | %8.1f%s\n",
                 name.c_str(), n, spline.mean(), spline.deviation(), bound, spline.deviation() / bound,
                 spline.squares_of_z / n, 100 * spline.coverage(), damped.mean(), damped.deviation(), extrema.mean(),
                 extrema.deviation(), 1e3 * time_s / runs, refused ? " (some refused)" : "");
     std::fflush(stdout);
   }
+  std::printf(
+      "\nOver all %.0f runs the spline's standard deviation is %.3f +- %.3f of the bound and its 95 %% interval "
+      "covers\n"
+      "%.1f +- %.1f %%.\n",
+      all, std::sqrt(in_bounds / (all - 6)), 1 / std::sqrt(2 * all), 100 * covered / all,
+      100 * std::sqrt(0.95 * 0.05 / all));
 }

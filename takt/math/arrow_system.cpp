@@ -62,7 +62,11 @@ void ArrowSystem::accumulate_residual(std::span<const Block> blocks, const Eigen
   if (jacobian.rows() != residual.size())
     throw std::invalid_argument("ArrowSystem: " + std::to_string(jacobian.rows()) + " rows of Jacobian for " +
                                 std::to_string(residual.size()) + " residuals");
-  accumulate(blocks, jacobian.transpose() * jacobian, jacobian.transpose() * residual);
+  // Eigen's blocked product costs more to set up than one row's outer product takes.
+  if (jacobian.rows() == 1)
+    accumulate(blocks, jacobian.transpose().lazyProduct(jacobian), jacobian.transpose() * residual[0]);
+  else
+    accumulate(blocks, jacobian.transpose() * jacobian, jacobian.transpose() * residual);
 }
 
 void ArrowSystem::add(const ArrowSystem& other) {

@@ -3,6 +3,8 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include <string_view>
+
 #include "takt/error.h"
 #include "takt/recording/files.h"
 
@@ -36,10 +38,20 @@ class PictureReader : public FrameReader {
   std::size_t place_ = 0;
 };
 
+/// Whether a PNG or JPEG goes on to its end mark. What is cut off would be half a picture, and a line of the decoder's
+/// own on stderr.
+bool whole(std::string_view encoded) {
+  constexpr std::string_view png = "\x89PNG", png_end = "IEND", jpeg = "\xFF\xD8", jpeg_end = "\xFF\xD9";
+  if (encoded.starts_with(png)) return encoded.rfind(png_end) != std::string_view::npos;
+  if (encoded.starts_with(jpeg)) return encoded.rfind(jpeg_end) != std::string_view::npos;
+  return true;
+}
+
 }  // namespace
 
 GrayImage decode_picture(std::span<const std::byte> encoded) {
   if (encoded.empty() || encoded.size() > most_bytes) return {};
+  if (!whole({reinterpret_cast<const char*>(encoded.data()), encoded.size()})) return {};
   auto pixels = std::make_shared<cv::Mat>();
   try {
     // A view: imdecode reads the bytes in place.

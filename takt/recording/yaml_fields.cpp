@@ -225,7 +225,7 @@ std::optional<CameraModel> camera_model(const YamlFields& fields, std::string& n
 std::optional<ExposureInstant> exposure_instant(const YamlFields& fields) {
   const auto stamp = fields.text("stamp");
   if (!stamp) return std::nullopt;
-  if (*stamp == "start") return ExposureInstant::start;
+  if (*stamp == "start" || *stamp == "begin") return ExposureInstant::start;
   if (*stamp == "end") return ExposureInstant::end;
   if (*stamp != "middle") fields.fail("stamp", fmt::format("is '{}', not start, middle or end", *stamp));
   return ExposureInstant::middle;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/workflows/dial_rig.h"
 
+#include <fmt/core.h>
+
 #include <numbers>
 #include <stdexcept>
 
@@ -11,10 +13,16 @@ namespace {
 
 constexpr double deg = std::numbers::pi / 180;
 
+/// Nothing that is measured on such a rig is a hundred metres long.
+double length_m(const YamlFields& rig, const std::string& key, double value) {
+  if (value > 100) rig.fail(key, fmt::format("is {:g} m: is it in millimetres?", value));
+  return value;
+}
+
 double needed(const YamlFields& rig, const std::string& key) {
   const auto value = rig.number(key);
   if (!value) rig.fail(key, "is missing: it is needed to read pictures of the dial");
-  return *value;
+  return length_m(rig, key, *value);
 }
 
 DialMethod method_named(const std::string& name, DialKind kind) {
@@ -35,10 +43,15 @@ DialRig dial_rig(const YamlFields& rig, const CameraStream& camera, const std::s
   Dial& d = out.dial;
   d.kind = kind == "coded" ? DialKind::coded : DialKind::plain;
   d.radius_m = needed(rig, "dial_radius_m");
-  d.height_m = rig.number("dial_height_m").value_or(d.height_m);
+  d.height_m = length_m(rig, "dial_height_m", rig.number("dial_height_m").value_or(d.height_m));
   d.graduation_deg = rig.number("graduation_deg").value_or(d.graduation_deg);
   d.line_deg = rig.number("line_deg").value_or(d.line_deg);
   d.cell_deg = rig.number("cell_deg").value_or(d.cell_deg);
+  try {
+    check(d);
+  } catch (const std::invalid_argument& e) {
+    rig.fail("dial", fmt::format("cannot be: {}", e.what()));
+  }
   DialView& v = out.view;
   if (!camera.model)
     throw Error("its camera has no intrinsics", camera.name, "write resolution and intrinsics into its sensor.yaml");

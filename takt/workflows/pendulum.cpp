@@ -14,6 +14,7 @@
 #include "takt/recording/open_recording.h"
 #include "takt/recording/yaml_fields.h"
 #include "takt/workflows/dial_rig.h"
+#include "takt/workflows/pick_named.h"
 
 namespace fs = std::filesystem;
 
@@ -59,30 +60,12 @@ Streams read_streams(const PendulumJob& job, PendulumOutcome& out) {
   return s;
 }
 
-template <class Stream>
-void keep_named(std::vector<Stream>& streams, const std::string& name, const std::string& where) {
-  if (name.empty()) return;
-  std::string known;
-  for (const Stream& s : streams) known += (known.empty() ? "" : ", ") + s.name;
-  std::erase_if(streams, [&](const Stream& s) { return s.name != name; });
-  if (streams.empty()) throw Error("there is no stream " + name, where, "it has: " + known);
-}
-
 /// What the stamps of the dial's frames mean.
 void apply_rig_file(FrameTiming& timing, const YamlFields& rig) {
   if (const auto exposure = rig.number("exposure_s")) timing.exposure_s = *exposure;
   if (const auto rows = rig.number("rows")) timing.rows = static_cast<int>(*rows);
   if (const auto readout = rig.number("readout_s")) timing.readout_s = *readout;
-  const auto stamp = rig.text("stamp");
-  if (!stamp) return;
-  if (*stamp == "start")
-    timing.instant = ExposureInstant::start;
-  else if (*stamp == "middle")
-    timing.instant = ExposureInstant::middle;
-  else if (*stamp == "end")
-    timing.instant = ExposureInstant::end;
-  else
-    rig.fail("stamp", "is \"" + *stamp + "\", none of start, middle, end");
+  timing.instant = exposure_instant(rig).value_or(timing.instant);
 }
 
 /// The estimator that was asked for takes the place of the default; all stay listed.
@@ -104,16 +87,26 @@ std::optional<YamlFields> read_rig_file(const PendulumJob& job, PendulumOutcome&
   return YamlFields(read_file(file), file);
 }
 
+/// A rig that cannot see its dial is the rig file's fault.
+DialAngles read_dial(const CameraStream& camera, const DialRig& rig, const DialOptions& options,
+                     const std::string& where) {
+  try {
+    return dial_angles(camera, rig.dial, rig.view, options);
+  } catch (const std::invalid_argument& e) {
+    throw Error(e.what(), where, "correct the rig file");
+  }
+}
+
 /// The dial's angles: as they were logged, or read from pictures.
 AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, const PendulumJob& job,
                     PendulumOutcome& out) {
   if (!streams.angles.empty()) {
-    keep_named(streams.angles, job.sensor, job.input);
+    streams.angles = pick_named(streams.angles, job.sensor, "angle", job.input);
     AngleStream dial = std::move(streams.angles.front());
     if (rig) apply_rig_file(dial.timing, *rig);
     return dial;
   }
-  keep_named(streams.cameras, job.sensor, job.input);
+  streams.cameras = pick_named(streams.cameras, job.sensor, "camera", job.input);
   CameraStream& camera = streams.cameras.front();
   if (!rig)
     throw Error("there is no rig.yaml that says what its pictures show", job.input,
@@ -124,7 +117,7 @@ AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, cons
   options.threads = job.threads;
   options.rows = job.pendulum.estimate_line_delay;
   options.progress = job.progress;
-  DialAngles read = dial_angles(camera, seen.dial, seen.view, options);
+  DialAngles read = read_dial(camera, seen, options, out.files.back());
   for (const std::string& note : read.notes) out.notes.push_back(camera.name + ": " + note);
   if (read.angles.size() == 0)
     throw Error("none of its pictures shows the dial", job.input,
@@ -132,9 +125,24 @@ AngleStream dial_of(Streams& streams, const std::optional<YamlFields>& rig, cons
   return std::move(read.angles);
 }
 
-}  // namespace
-
-namespace {
+/// The rows of a frame's two readings are known to a share of what is between them (a mounting that was told to a
+/// degree, a print that ends within a strip: seen in films of known line delay), and the offset is that of a row far
+/// from both.
+void widen_by_rows(Estimate& e, const AngleStream& dial) {
+  constexpr double share = 5e-4;
+  if (!e.answered() || !e.line_delay_s || !e.line_delay_sigma_s || dial.rows.empty()) return;
+  double row = 0;
+  for (const double r : dial.rows) row += r / static_cast<double>(dial.rows.size());
+  const double more = share * std::abs(*e.line_delay_s), whole = std::hypot(*e.line_delay_sigma_s, more);
+  // The swing by swing methods have taken the line delay as it was found: all of its uncertainty is in theirs.
+  const auto widen = [&](Estimate& one) {
+    if (!one.answered()) return;
+    one.sigma_s = std::hypot(*one.sigma_s, (one.line_delay_sigma_s ? more : whole) * row);
+    if (one.line_delay_sigma_s) one.line_delay_sigma_s = whole;
+  };
+  for (Estimate& one : e.estimates) widen(one);
+  widen(e);
+}
 
 /// Where both are known they should agree: a nominal readout is often a few percent off.
 void compare_line_delay(Estimate& e, const FrameTiming& told) {
@@ -154,7 +162,7 @@ PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
     throw std::invalid_argument("there is no estimator \"" + job.estimator + "\"; there are spline, damped, extrema");
   PendulumOutcome out;
   Streams streams = read_streams(job, out);
-  keep_named(streams.imus, job.reference, job.input);
+  streams.imus = pick_named(streams.imus, job.reference, "IMU", job.input);
   const std::optional<YamlFields> rig = read_rig_file(job, out);
   const AngleStream dial = dial_of(streams, rig, job, out);
   PendulumOptions options = job.pendulum;
@@ -163,6 +171,7 @@ PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
   const auto rig_temperature = rig ? rig->number("temperature_c") : std::nullopt;
   for (const ImuStream& imu : streams.imus) {
     Estimate e = calibrate_pendulum(dial, imu, options);
+    widen_by_rows(e, dial);
     compare_line_delay(e, dial.timing);
     if (const auto t = imu.temperature_c ? imu.temperature_c : rig_temperature)
       e.extras.push_back({"temperature_c", *t, std::nullopt});

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 
+#include "takt/recording/files.h"
+#include "takt/workflows/dial_rig.h"
 #include "takt/workflows/pendulum_repeats.h"
 #include "takt/workflows/simulate.h"
 #include "tests/tools.h"
@@ -104,11 +107,40 @@ TEST(PendulumWorkflow, ARigFileSaysWhatTheStampsMean) {
   ASSERT_TRUE(e.answered());
   EXPECT_LT(std::abs(to_seconds(*e.offset - *truth.offset)), 4 * *e.sigma_s);
   EXPECT_EQ(extra(e, "temperature_c"), 33);
+  job.rig_file = folder.file("other.yaml", "exposure_s: 0.01\nstamp: begin\n");
+  EXPECT_NEAR(to_seconds(*calibrate_pendulum(job).estimates.front().offset), to_seconds(*e.offset) - 0.01, 1e-7);
   // An exposure that is needed and not told is no trusted answer.
   job.rig_file = folder.file("less.yaml", "stamp: end\n");
   EXPECT_EQ(calibrate_pendulum(job).estimates.front().verdict, Verdict::weak);
   job.rig_file = folder.file("wrong.yaml", "stamp: sideways\n");
   EXPECT_NE(complaint([&] { static_cast<void>(calibrate_pendulum(job)); }), "");
+}
+
+TEST(PendulumWorkflow, ARigFileOfAnImpossibleDialIsRefusedWithItsName) {
+  const TemporaryFolder folder;
+  CameraStream camera;
+  camera.model = CameraModel::from_horizontal_fov(640, 480, 1.2);
+  const auto why = [&](const std::string& text) {
+    const YamlFields rig(text, "rig.yaml");
+    return complaint([&] { static_cast<void>(dial_rig(rig, camera, "")); });
+  };
+  EXPECT_NE(why("dial_radius_m: 750\ncamera_distance_m: 450\n").find("millimetres"), std::string::npos);
+  EXPECT_NE(why("dial_radius_m: 0.75\ncamera_distance_m: 0.45\ncell_deg: 0\n").find("rig.yaml"), std::string::npos);
+  EXPECT_NE(why("dial_radius_m: 0.75\n").find("camera_distance_m is missing"), std::string::npos);
+  EXPECT_EQ(why("dial_radius_m: 0.75\ncamera_distance_m: 0.45\n"), "");
+}
+
+TEST(PendulumWorkflow, PicturesOfAnotherSizeThanTheCamerasAreRefused) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/run";
+  static_cast<void>(simulated(path, {{"duration_s", "1"}}, 6));
+  const std::string sensor = path + "/mav0/cam0/sensor.yaml";
+  std::string text = read_file(sensor);
+  text.replace(text.find("[640, 480]"), 10, "[320, 240]");
+  std::ofstream(sensor) << text;
+  PendulumJob job;
+  job.input = path;
+  EXPECT_NE(complaint([&] { static_cast<void>(calibrate_pendulum(job)); }).find("640x480"), std::string::npos);
 }
 
 }  // namespace

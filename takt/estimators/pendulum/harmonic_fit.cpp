@@ -44,7 +44,7 @@ std::optional<Harmonic> fit_harmonic(std::span<const double> times, std::span<co
       const double wave = a * c + b * s, residual = values[i] - wave - p;
       Vec5 row;
       row << c, s, 1, x * (b * c - a * s), -x * wave;
-      normal.selfadjointView<Eigen::Lower>().rankUpdate(row);
+      normal.noalias() += row * row.transpose();
       right += residual * row;
       squares += residual * residual;
     }
@@ -59,7 +59,8 @@ std::optional<Harmonic> fit_harmonic(std::span<const double> times, std::span<co
     if (unknowns > 3) w += step[3];
     if (unknowns > 4) decay += step[4];
     if (!(w > 0.5 * frequency_rad_s && w < 2 * frequency_rad_s)) return std::nullopt;
-    if (unknowns > 3 && std::abs(step[3]) < 1e-12 * w && std::hypot(step[0], step[1]) < 1e-12 * std::hypot(a, b)) break;
+    // 1e-10 of a turn is less than a nanosecond.
+    if (unknowns > 3 && std::abs(step[3]) < 1e-10 * w && std::hypot(step[0], step[1]) < 1e-10 * std::hypot(a, b)) break;
   }
   h.amplitude = std::hypot(a, b);
   h.phase_rad = std::atan2(-b, a);

@@ -10,6 +10,9 @@
 namespace takt::pendulum {
 namespace {
 
+constexpr const char* not_converging =
+    "the joint fit of angle and rate does not converge: were frames or samples lost while their stamps went on?";
+
 double robust_sigma(std::vector<double> v) {
   for (double& x : v) x = std::abs(x);
   const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
@@ -38,45 +41,57 @@ SplineData gather(const Signals& s, const SplineTask& task) {
   return d;
 }
 
+/// Of the data against the model as it stands.
+struct Residuals {
+  std::vector<double> angle, rate;
+};
+Residuals residuals(const SplineData& data, const SplineModel& model) {
+  return {model.angle_residuals(data), model.rate_residuals(data)};
+}
+
+/// Keeps what lies within `limit`; returns how many do not.
+template <class Reading>
+std::size_t keep_within(double limit, std::vector<Reading>& readings, std::vector<double>& residual) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < residual.size(); ++i) {
+    if (std::abs(residual[i]) > limit) continue;
+    readings[kept] = readings[i];
+    residual[kept++] = residual[i];
+  }
+  const std::size_t dropped = residual.size() - kept;
+  readings.resize(kept);
+  residual.resize(kept);
+  return dropped;
+}
+
 /// Drops what lies beyond 5 (angles) or 6 (the many more rates) robust standard deviations.
-bool drop_outliers(SplineData& data, const SplineModel& model, SplineFit& fit) {
-  const auto angle = model.angle_residuals(data);
-  const auto rate = model.rate_residuals(data);
-  const double angle_limit = 5 * robust_sigma(angle), rate_limit = 6 * robust_sigma(rate);
-  SplineData kept;
-  for (std::size_t i = 0; i < angle.size(); ++i)
-    if (std::abs(angle[i]) <= angle_limit) kept.angles.push_back(data.angles[i]);
-  for (std::size_t j = 0; j < rate.size(); ++j)
-    if (std::abs(rate[j]) <= rate_limit) kept.rates.push_back(data.rates[j]);
-  const std::size_t angles = angle.size() - kept.angles.size(), rates = rate.size() - kept.rates.size();
+bool drop_outliers(SplineData& data, Residuals& r, SplineFit& fit) {
+  const std::size_t angles = keep_within(5 * robust_sigma(r.angle), data.angles, r.angle),
+                    rates = keep_within(6 * robust_sigma(r.rate), data.rates, r.rate);
   fit.dropped_angles += angles;
   fit.dropped_rates += rates;
-  data = std::move(kept);
   return angles + rates > 0;
 }
 
 /// Noise levels from the residuals, each over the degrees of freedom that the spline has left it.
-void estimate_noise(const SplineData& data, SplineModel& model) {
+void estimate_noise(const Residuals& r, SplineModel& model) {
   const SplineModel::Leverage used = model.leverage();
-  const auto angle = model.angle_residuals(data);
   double squares = 0;
-  for (const double r : angle) squares += r * r;
-  const double left = std::max(1.0, static_cast<double>(angle.size()) - used.angles);
+  for (const double a : r.angle) squares += a * a;
+  const double left = std::max(1.0, static_cast<double>(r.angle.size()) - used.angles);
   model.noise.angle_rad = std::max(std::sqrt(squares / left), 1e-10);
-  const auto rate = model.rate_residuals(data);
   // Lags of up to 20 ms: longer than any low-pass in a gyro that is fit for this, shorter than the knots' interval.
   const int lags = std::clamp(static_cast<int>(0.02 / model.rate_interval_s()), 2, 12);
-  const double variance = long_run_variance(rate, lags, used.rates);
+  const double variance = long_run_variance(r.rate, lags, used.rates);
   model.noise.rate_rad_s = std::max(std::sqrt(variance), 1e-9);
 }
 
 /// Positive correlation from one residual to the next means that the knots are too far apart for the motion. Noise
 /// through the gyro's own low-pass correlates neighbouring bins a little, hence its looser limit.
-bool follows_the_motion(const SplineData& data, const SplineModel& model) {
-  const auto angle = model.angle_residuals(data);
-  const auto rate = model.binned_rate_residuals();
-  const double limit = 0.05 + 4 / std::sqrt(static_cast<double>(angle.size()));
-  return lag_one_correlation(angle) < limit && lag_one_correlation(rate) < 0.25 + limit;
+bool follows_the_motion(const std::vector<double>& angle_residuals, const SplineModel& model) {
+  const double limit = 0.05 + 4 / std::sqrt(static_cast<double>(angle_residuals.size()));
+  return lag_one_correlation(angle_residuals) < limit &&
+         lag_one_correlation(model.binned_rate_residuals()) < 0.25 + limit;
 }
 
 void tell_stretches(const SplineModel& model, const SplineTask& task, SplineFit& fit) {
@@ -85,6 +100,7 @@ void tell_stretches(const SplineModel& model, const SplineTask& task, SplineFit&
   fit.stretches = found->delays;
   fit.scatter = found->scatter;
   fit.scatter_dof = found->dof;
+  fit.scatter_about_drift = found->scatter_about_drift;
   fit.epoch_s = found->epoch_s;
   fit.drift = found->drift;
   fit.drift_sigma = found->drift_sigma;
@@ -123,18 +139,20 @@ SplineFit fit_joint_spline(const Signals& signals, const SplineTask& task) {
       fit.failure = "the angles do not determine the motion";
       return fit;
     }
+    Residuals left;
     for (int pass = 0; pass < 4; ++pass) {
       if (!model.converge()) {
-        fit.failure = "the joint fit of angle and rate does not converge";
+        fit.failure = not_converging;
         return fit;
       }
-      if (drop_outliers(data, model, fit)) model.take(data);
-      estimate_noise(data, model);
+      left = residuals(data, model);
+      if (drop_outliers(data, left, fit)) model.take(data);
+      estimate_noise(left, model);
     }
-    if (follows_the_motion(data, model) || knots < 3 * signals.frame_interval_s) break;
+    if (follows_the_motion(left.angle, model) || knots < 3 * signals.frame_interval_s) break;
   }
   if (!model.converge()) {
-    fit.failure = "the joint fit of angle and rate does not converge";
+    fit.failure = not_converging;
     return fit;
   }
 
@@ -151,6 +169,7 @@ SplineFit fit_joint_spline(const Signals& signals, const SplineTask& task) {
   fit.angle_sigma_rad = model.noise.angle_rad;
   fit.rate_density = model.noise.rate_rad_s * std::sqrt(signals.rate_interval_s);
   fit.knot_interval_s = knots;
+  fit.knots_halved = knots < task.period_s / 12;
   fit.epoch_s = 0.5 * (task.from_s + task.to_s);
   tell_stretches(model, task, fit);
   tell_residuals(data, model, fit);

@@ -42,11 +42,13 @@ struct SplineFit {
   double angle_sigma_rad = 0;  ///< of one reading
   double rate_density = 0;     ///< rad/s/√Hz at low frequency
   double knot_interval_s = 0;
+  bool knots_halved = false;  ///< the motion is faster than a swing's
   std::size_t angles = 0, rates = 0, dropped_angles = 0, dropped_rates = 0;
 
   std::vector<StretchDelay> stretches;
   double scatter = 1;  ///< √(χ²/n) of the stretches' delays about their mean: 1 when σ is honest
   int scatter_dof = 0;
+  double scatter_about_drift = 1;  ///< the same about the line of the drift
 
   std::vector<double> angle_time_s, angle_rad, angle_residual_rad;
   std::vector<double> rate_time_s, rate_rad_s, rate_residual_rad_s;  ///< means over short bins, gyro's sign and scale

@@ -31,7 +31,8 @@ std::string refuse_motion(const Signals& s, const Swings& swings) {
   for (const double a : s.angle_rad) low = std::min(low, a), high = std::max(high, a);
   const double reach = 0.5 * (high - low);
   if (reach < 30 * s.angle_noise_rad)
-    return fmt::format("the pendulum is at rest: the angle varies by ±{:.4f}° with a noise of {:.4f}°", reach / deg,
+    return fmt::format("{}: the angle varies by ±{:.4f}° with a noise of {:.4f}°",
+                       reach < 0.5 * deg ? "the pendulum is at rest" : "no swing stands out of the noise", reach / deg,
                        s.angle_noise_rad / deg);
   if (reach > std::numbers::pi)
     return fmt::format("the angle varies by ±{:.1f} rad: no pendulum swings so far; is the angle in degrees?", reach);
@@ -51,8 +52,9 @@ Coarse first_match(const Signals& s, const Swings& swings) {
   const double length =
       std::min(s.angle_time_s.back() - s.angle_time_s.front(), s.rate_time_s.back() - s.rate_time_s.front());
   const Coarse far = coarse_match(s, 0.4 * length);
+  // Of a motion that nearly repeats itself a far match is a little better by chance.
   const auto unlike = [](const Coarse& c) { return 1 - c.correlation * c.correlation; };
-  return unlike(far) < 0.5 * unlike(near) ? far : near;
+  return unlike(far) < 0.2 * unlike(near) ? far : near;
 }
 
 /// Why angle and rate do not belong together, or empty.
@@ -109,7 +111,18 @@ SplineTask task_for(const Swings& swings, const Window& window, const Coarse& co
   return task;
 }
 
-Estimate from_spline(const SplineFit& fit, const Signals& signals, const PendulumOptions& options) {
+/// Why the two streams' delay is no one number, or empty.
+std::string refuse_fit(const SplineFit& fit, double period_s) {
+  const char* const lost = "were frames or samples lost while their stamps went on?";
+  if (fit.delay_sigma_s > 0.02 * period_s)
+    return fmt::format("the delay cannot be told better than to {:.0f} ms: {}", fit.delay_sigma_s * 1e3, lost);
+  if (fit.scatter_about_drift > 30)
+    return fmt::format("the delays of single swings scatter {:.0f} times more than the noise explains: {}",
+                       fit.scatter_about_drift, lost);
+  return "";
+}
+
+Estimate from_spline(const SplineFit& fit, const Signals& signals, double period_s, const PendulumOptions& options) {
   if (!fit.failure.empty()) return Estimate::refusal("spline", fit.failure);
   Estimate e;
   e.method = "spline";
@@ -136,7 +149,9 @@ Estimate from_spline(const SplineFit& fit, const Signals& signals, const Pendulu
   // χ²/n of the swings' delays scatters by √(2/n); only what lies 4 of that above 1 is taken for real.
   const double chance = fit.scatter_dof > 0 ? 4 * std::sqrt(2.0 / fit.scatter_dof) : 0;
   const bool drifts = std::abs(fit.drift) > 5 * fit.drift_sigma && fit.drift_sigma > 0;
-  if (drifts) {
+  if (const std::string why = refuse_fit(fit, period_s); !why.empty()) {
+    e.doubt(Verdict::refused, why);
+  } else if (drifts) {
     e.drift = fit.drift;
     e.drift_sigma = fit.drift_sigma;
     e.doubt(Verdict::weak, fmt::format("the delay drifts by {:.2f} ± {:.2f} ppm during the swings: the two streams do "
@@ -169,11 +184,25 @@ struct Fitted {
   std::string turns;  ///< what is to be said where the offset is longer than a quarter of the period
 };
 
+/// Whether the motion before `until_s` is more than the noise of the rest: then the swings after it may tell more
+/// alone.
+bool beginning_disturbs(const SplineFit& fit, double until_s) {
+  if (disagreement(fit) > 1 || fit.knots_halved) return true;
+  double before = 0, after = 0, n_before = 0, n_after = 0;
+  for (std::size_t i = 0; i < fit.rate_time_s.size(); ++i) {
+    const bool early = fit.rate_time_s[i] - fit.delay_s < until_s;
+    (early ? before : after) += fit.rate_residual_rad_s[i] * fit.rate_residual_rad_s[i];
+    (early ? n_before : n_after) += 1;
+  }
+  return before * n_after > (1 + 4 * std::sqrt(2 / std::max(1.0, n_before))) * after * n_before;
+}
+
 /// The window that tells the delay best, of those whose swings agree.
 Fitted fit_best_window(const Signals& signals, const Swings& swings, const std::vector<Window>& windows,
                        const Coarse& coarse, bool line_delay) {
   Fitted best;
   for (const Window& window : windows) {
+    if (!best.window.swings.empty() && !beginning_disturbs(best.fit, window.swings.front().from_s)) break;
     SplineFit fit = fit_joint_spline(signals, task_for(swings, window, coarse, line_delay));
     const bool agrees = disagreement(fit) <= 1, better = agrees && fit.delay_sigma_s < best.fit.delay_sigma_s;
     if (best.window.swings.empty() || (better && disagreement(best.fit) <= 1) ||
@@ -300,11 +329,15 @@ Estimate calibrate_pendulum(const AngleStream& dial, const ImuStream& imu, const
   count_half_swings(found, signals, swings, options.estimate_line_delay);
   const SplineFit& fit = found.fit;
 
-  auto by_extrema = extrema_delays(signals, found.coarse, published.swings);
-  auto by_damped = damped_delays(signals, found.coarse, published.swings);
-  Estimate extrema = average("extrema", by_extrema, signals);
-  Estimate damped = average("damped", by_damped, signals);
-  Estimate result = from_spline(fit, signals, options);
+  const bool rolls = options.estimate_line_delay && fit.failure.empty();
+  const Signals timed = rolls ? with_line_delay(signals, fit.line_delay_s) : signals;
+  const Coarse near{rolls ? fit.delay_s : found.coarse.delay_s, found.coarse.scale, found.coarse.correlation};
+  const std::vector<Swing> by_swing = rolls ? published_window(find_swings(timed), options).swings : published.swings;
+  auto by_extrema = extrema_delays(timed, near, by_swing);
+  auto by_damped = damped_delays(timed, near, by_swing);
+  Estimate extrema = average("extrema", by_extrema, timed);
+  Estimate damped = average("damped", by_damped, timed);
+  Estimate result = from_spline(fit, signals, swings.period_s, options);
   warn_of_neglected_phase(extrema, neglected_phase_s(by_damped));
   for (Estimate* e : {&extrema, &damped})
     if (e->answered() && !published.note.empty()) e->doubt(Verdict::trusted, published.note);

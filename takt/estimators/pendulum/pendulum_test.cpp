@@ -161,6 +161,10 @@ TEST(Pendulum, FindsTheLineDelayOfARollingShutter) {
   EXPECT_LT(std::abs(*e.line_delay_s - 30 * us), 4 * *e.line_delay_sigma_s);
   EXPECT_LT(*e.line_delay_sigma_s, 0.5 * us);
   EXPECT_LT(std::abs(error_s(e, run)), 4 * *e.sigma_s);
+  // The methods that go swing by swing take the readings at their own rows too.
+  ASSERT_EQ(e.estimates.size(), 3u);
+  EXPECT_LT(std::abs(error_s(e.estimates[1], run)), 4 * *e.estimates[1].sigma_s);
+  EXPECT_NEAR(error_s(e.estimates[2], run), -380 * us, 80 * us) << "the phase that extrema leaves out";
   // Declared instead of estimated, it is applied.
   const Estimate told = calibrate_pendulum(run.dial(), run.imu());
   EXPECT_LT(std::abs(error_s(told, run)), 4 * *told.sigma_s);
@@ -321,6 +325,29 @@ TEST(Pendulum, RefusesWhatCannotAnswer) {
     Random random(3, "noise");
     for (Vec3& w : imu.gyro_rad_s) w = Vec3(random.normal(), random.normal(), random.normal());
     refused(run.dial(), imu, "does not follow");
+  }
+  {
+    AngleStream dial = run.dial();
+    for (double& a : dial.angle_rad) a = 0.2 * std::sin(1e4 * a);
+    refused(dial, run.imu(), "no swing stands out");
+  }
+  {
+    ImuStream imu = run.imu();  // microseconds that say they are nanoseconds
+    for (Stamp& t : imu.stamps) t = run.dial().stamps.front() + (t - run.dial().stamps.front()) / 1000;
+    refused(run.dial(), imu, "another unit");
+  }
+  {
+    AngleStream dial = run.dial();
+    dial.timing.instant = ExposureInstant::start;
+    dial.timing.exposure_s = 1.5;
+    refused(dial, run.imu(), "milliseconds");
+  }
+  for (const std::size_t every : {400u, 150u}) {
+    // Frames lost, their stamps not: the pictures move up, and the delay grows by a frame at each.
+    AngleStream dial = run.dial();
+    std::erase_if(dial.angle_rad, [&, i = std::size_t{0}](double) mutable { return ++i % every == 0; });
+    dial.stamps.resize(dial.angle_rad.size());
+    refused(dial, run.imu(), "stamps went on");
   }
   {
     const Recorded brief = ordinary(2, 5);

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <optional>
 
+#include "takt/math/median.h"
+
 namespace takt::pendulum {
 namespace {
 
@@ -26,12 +28,6 @@ std::optional<Waves> fit_swing(const Signals& s, const Coarse& coarse, const Swi
   if (!angle || !rate) return std::nullopt;
   if (coarse.scale < 0) rate->phase_rad += pi;
   return Waves{*angle, *rate};
-}
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
 }
 
 }  // namespace

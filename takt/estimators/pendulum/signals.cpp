@@ -10,14 +10,10 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "takt/math/median.h"
+
 namespace takt::pendulum {
 namespace {
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
 
 /// The stamps' order, and how many of them stood in the wrong place.
 template <class Less>
@@ -197,6 +193,19 @@ void check_lengths(const AngleStream& dial, const ImuStream& imu) {
         fmt::format("pendulum: {} stamps but {} rates in {}", imu.stamps.size(), imu.gyro_rad_s.size(), imu.name));
 }
 
+double span_s(const std::vector<Stamp>& stamps) {
+  const auto [first, last] = std::minmax_element(stamps.begin(), stamps.end());
+  return seconds_since(*first, *last);
+}
+
+/// Stamps of one stream in another unit than the other's, or empty: no recording has a gyro for a thousandth of it.
+std::string refuse_spans(const AngleStream& dial, const ImuStream& imu) {
+  const double angles = span_s(dial.stamps), rates = span_s(imu.stamps);
+  if (angles > 0 && rates > 0 && angles < 300 * rates && rates < 300 * angles) return "";
+  return fmt::format("{}'s stamps span {:.3g} s and {}'s {:.3g} s: are those of one in another unit?", dial.name,
+                     angles, imu.name, rates);
+}
+
 }  // namespace
 
 Signals prepare(const AngleStream& dial, const ImuStream& imu, bool line_delay_unknown) {
@@ -206,6 +215,8 @@ Signals prepare(const AngleStream& dial, const ImuStream& imu, bool line_delay_u
     s.refusal = fmt::format("too little data: {} angles and {} rates", dial.size(), imu.size());
     return s;
   }
+  s.refusal = refuse_spans(dial, imu);
+  if (!s.refusal.empty()) return s;
   s.epoch = *std::min_element(dial.stamps.begin(), dial.stamps.end());
   take_angles(s, dial, line_delay_unknown);
   take_rates(s, imu);
@@ -220,6 +231,13 @@ Signals prepare(const AngleStream& dial, const ImuStream& imu, bool line_delay_u
   s.frame_interval_s = median_interval(frames);
   s.rate_interval_s = median_interval(s.rate_time_s);
   s.angle_noise_rad = noise_of_angles(s);
+  if (dial.timing.instant != ExposureInstant::middle && dial.timing.exposure_s > 1.1 * s.frame_interval_s) {
+    s.refusal = fmt::format(
+        "{}'s exposure of {:g} s is longer than the {:.3g} s from frame to frame: is it told in "
+        "milliseconds?",
+        dial.name, dial.timing.exposure_s, s.frame_interval_s);
+    return s;
+  }
   const double from = std::max(s.angle_time_s.front(), s.rate_time_s.front());
   const double to = std::min(s.angle_time_s.back(), s.rate_time_s.back());
   if (to - from < 50 * s.frame_interval_s) {
@@ -230,6 +248,20 @@ Signals prepare(const AngleStream& dial, const ImuStream& imu, bool line_delay_u
   }
   note_gaps(s, dial.name, frames, s.frame_interval_s);
   if (s.saturated == 0) note_gaps(s, imu.name, s.rate_time_s, s.rate_interval_s);
+  return s;
+}
+
+Signals with_line_delay(const Signals& signals, double line_delay_s) {
+  Signals s = signals;
+  const auto time = [&](std::size_t i) { return signals.angle_time_s[i] + signals.row[i] * line_delay_s; };
+  std::vector<std::size_t> order(signals.angle_time_s.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return time(a) < time(b); });
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    s.angle_time_s[k] = time(order[k]);
+    s.angle_rad[k] = signals.angle_rad[order[k]];
+  }
+  s.row.assign(order.size(), 0);
   return s;
 }
 

@@ -30,4 +30,7 @@ struct Signals {
 /// Orders, repairs and projects. Line delay declared in the dial's timing is applied unless `line_delay_unknown`.
 [[nodiscard]] Signals prepare(const AngleStream& dial, const ImuStream& imu, bool line_delay_unknown);
 
+/// Each angle at the time of its own row.
+[[nodiscard]] Signals with_line_delay(const Signals& signals, double line_delay_s);
+
 }  // namespace takt::pendulum

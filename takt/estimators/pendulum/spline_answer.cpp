@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "takt/estimators/pendulum/spline_model.h"
@@ -29,9 +30,27 @@ std::vector<double> SplineModel::angle_residuals(const SplineData& data) const {
 std::vector<double> SplineModel::rate_residuals(const SplineData& data) const {
   std::vector<double> out;
   out.reserve(data.rates.size());
+  // Hundreds of rates lie between two knots: the segment's polynomial is made once for all of them.
+  int first = -1;
+  std::array<double, order> rate{};  // of u^n
   for (const RateReading& r : data.rates) {
     const double t = r.time_s - delay_s_;
-    out.push_back(covers(t) ? r.rate_rad_s - scale_ * at(t).curve.rate - bias_ : 0);
+    if (!covers(t)) {
+      out.push_back(0);
+      continue;
+    }
+    const KnotPlace place = knots_.locate(t - origin_s_);
+    if (place.first != first) {
+      first = place.first;
+      rate.fill(0);
+      for (int s = 0; s < order; ++s)
+        for (std::size_t n = 1; n < order; ++n)
+          rate[n - 1] += static_cast<double>(n) / knots_.interval_s() * basis[s][n] * points_[first + s];
+    }
+    double curve = 0;
+    for (std::size_t n = order; n-- > 0;) curve = curve * place.u + rate[n];
+    curve += friction_strength_ * friction_.at(t).rate;
+    out.push_back(r.rate_rad_s - scale_ * curve - bias_);
   }
   return out;
 }
@@ -125,12 +144,14 @@ std::optional<SplineModel::Stretches> SplineModel::stretch_delays(const std::vec
   const double mean = weighted.dot(delta) / total;
   const Eigen::VectorXd from_mean = delta - mean * ones;
   out.dof = k - 1;
-  out.scatter = std::sqrt(from_mean.dot(factor.solve(from_mean)) / out.dof);
+  const double squares = from_mean.dot(factor.solve(from_mean));
+  out.scatter = std::sqrt(squares / out.dof);
   const Eigen::VectorXd slope = time - out.epoch_s * ones;
   const double slope_information = slope.dot(factor.solve(slope));
   const double slope_s = factor.solve(slope).dot(delta) / slope_information;
   out.drift = slope_s;
   out.drift_sigma = 1 / std::sqrt(slope_information);
+  out.scatter_about_drift = std::sqrt(std::max(0.0, squares - slope_s * slope_s * slope_information) / (out.dof - 1));
   for (int i = 0; i < k; ++i) out.delays.push_back({time[i], delay_s_ + delta[i], std::sqrt(covariance(i, i))});
   return out;
 }

@@ -48,7 +48,7 @@ class SplineModel {
   };
   struct Stretches {
     std::vector<StretchDelay> delays;
-    double scatter, epoch_s, drift, drift_sigma;
+    double scatter, scatter_about_drift, epoch_s, drift, drift_sigma;
     int dof;
   };
 

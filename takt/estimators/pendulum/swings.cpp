@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "takt/math/median.h"
+
 namespace takt::pendulum {
 namespace {
 
@@ -38,12 +40,6 @@ double amplitude_between(const Signals& s, double from, double to) {
   }
   gap = std::max(gap, to - last);
   return gap > 0.25 * (to - from) || low > high ? 0 : 0.5 * (high - low);
-}
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
 }
 
 void judge_freedom(Swings& s) {

@@ -6,14 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "takt/math/median.h"
+
 namespace takt::dial {
 namespace {
-
-double median(std::vector<double> v) {
-  if (v.empty()) return 0;
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
-}
 
 /// How much neighbouring slots differ.
 float contrast(const Profile& p) {
@@ -38,10 +34,12 @@ std::string Faults::words(std::size_t frames) const {
 
 Faults leave_out_bad_frames(const Film& film, Readings& readings) {
   Faults faults;
+  if (readings.empty()) return faults;
   std::vector<double> contrasts, mismatch, sigmas;
   for (const Profile& p : film.profiles) contrasts.push_back(contrast(p));
   for (const auto& r : readings)
     if (r) mismatch.push_back(1 - r->correlation), sigmas.push_back(r->sigma_rad);
+  if (mismatch.empty()) mismatch = sigmas = {0};
   const double usual_contrast = median(contrasts), usual_mismatch = median(mismatch), usual_sigma = median(sigmas);
   for (std::size_t i = 0; i < readings.size(); ++i) {
     const Profile& p = film.profiles[i];

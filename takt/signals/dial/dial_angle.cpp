@@ -8,6 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "takt/math/median.h"
 #include "takt/signals/dial/bad_frames.h"
 #include "takt/signals/dial/film.h"
 #include "takt/signals/dial/follow.h"
@@ -21,12 +22,6 @@ using namespace dial;
 constexpr double deg = std::numbers::pi / 180;
 constexpr std::size_t frames_for_calibration = 120, frames_for_mosaic = 1500;
 constexpr double rolling_strip_px = 18, margin_px = 1.2;
-
-double median(std::vector<double> v) {
-  if (v.empty()) return 0;
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
-}
 
 /// A camera's pictures on their way to readings.
 struct Work {
@@ -169,6 +164,7 @@ double by_frames(Work& w, const DialOptions& options, std::vector<std::string>& 
     if (r) r->reading_rad += offset;
   if (!keep) return 1;
   // A dial of its own: what the frames show is all there is.
+  measure_line_delay(w);
   for (Pattern& p : w.print) std::fill(p.grey.begin(), p.grey.end(), 0.0f);
   std::vector<Placed> frames = placed(w, chosen(readings, frames_for_mosaic));
   for (Placed& f : frames) f.at.gain = 1, f.at.level = 0;
@@ -200,7 +196,7 @@ DialAngles handed_over(const Work& w, const CameraStream& camera) {
   std::vector<double> apart;
   for (const auto& r : w.readings)
     if (r && r->shear_sigma_rad > 0) apart.push_back(r->sigma_rad / r->shear_sigma_rad);
-  const double rows = median(apart),
+  const double rows = apart.empty() ? 0 : median(apart),
                constant = line_through_shears(w.readings, motion_of(w.film, w.readings)).constant_rad;
   const double pivot = w.map.pivot_row - (camera.timing.row == RowReference::middle ? 0.5 * camera.timing.rows : 0);
   for (std::size_t i = 0; i < w.readings.size(); ++i)
@@ -221,7 +217,7 @@ Work read_pictures(const CameraStream& camera, const Dial& dial, const DialView&
   w.threads = options.threads;
   const double pixel_m = w.pixel_rad * view.radius_m;
   const std::vector<Strip> parts = strips(dial, margin_px * pixel_m, w.rolling ? rolling_strip_px * pixel_m : 1e9);
-  const Rectifier rectify(parts, view);
+  const Rectifier rectify(parts, view, w.rolling);
   w.map.slots = rectify.slots();
   double pixels = 0;
   for (const Slot& s : w.map.slots) w.map.pivot_row += s.pixels * s.row, pixels += s.pixels;

@@ -37,8 +37,8 @@ std::vector<Seen> pixels_on_dial(const std::vector<Strip>& strips, const DialVie
 
 }  // namespace
 
-Rectifier::Rectifier(const std::vector<Strip>& strips, const DialView& view)
-    : width_(view.camera.width), height_(view.camera.height) {
+Rectifier::Rectifier(const std::vector<Strip>& strips, const DialView& view, bool rows)
+    : width_(view.camera.width), height_(view.camera.height), rows_(rows) {
   const std::vector<Seen> seen = pixels_on_dial(strips, view);
   if (seen.size() < 1000)
     throw std::invalid_argument(fmt::format(
@@ -78,10 +78,13 @@ Profile Rectifier::operator()(const GrayImage& image) const {
     throw std::invalid_argument(fmt::format("dial: a picture of {}x{} pixels, but the view is for {}x{}", image.width,
                                             image.height, width_, height_));
   std::vector<std::uint32_t> sum(slots_.size(), 0);
+  std::vector<std::uint64_t> by_row(rows_ ? slots_.size() : 0, 0);
   std::size_t bright = 0;
   for (const Pixel& p : pixels_) {
     const std::uint8_t grey = image.row(p.y)[p.x];
     sum[static_cast<std::size_t>(p.slot)] += grey;
+    if (rows_)
+      by_row[static_cast<std::size_t>(p.slot)] += static_cast<std::uint64_t>(grey) * static_cast<std::uint64_t>(p.y);
     bright += grey >= saturated;
   }
   Profile out;
@@ -89,6 +92,10 @@ Profile Rectifier::operator()(const GrayImage& image) const {
   out.grey.reserve(slots_.size());
   for (std::size_t i = 0; i < slots_.size(); ++i)
     out.grey.push_back(static_cast<float>(sum[i]) / static_cast<float>(slots_[i].pixels));
+  out.tilt.reserve(by_row.size());
+  for (std::size_t i = 0; i < by_row.size(); ++i)
+    out.tilt.push_back(
+        static_cast<float>((static_cast<double>(by_row[i]) - slots_[i].row * sum[i]) / slots_[i].pixels));
   return out;
 }
 

@@ -21,6 +21,7 @@ struct Slot {
 /// A frame reduced to the means of its slots.
 struct Profile {
   std::vector<float> grey;    ///< one a slot
+  std::vector<float> tilt;    ///< mean of grey·(row − the slot's), one a slot; empty where rows do not matter
   float saturated_share = 0;  ///< of the pixels on the dial
 };
 
@@ -28,9 +29,14 @@ struct Profile {
 /// the strip hundreds of pixels are averaged; along it a slot is one pixel wide.
 class Rectifier {
  public:
-  Rectifier(const std::vector<Strip>& strips, const DialView& view);
+  /// `rows`: profiles tell where in a slot its grey is.
+  Rectifier(const std::vector<Strip>& strips, const DialView& view, bool rows);
 
   [[nodiscard]] const std::vector<Slot>& slots() const { return slots_; }
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  [[nodiscard]] bool fits(const GrayImage& image) const { return image.width == width_ && image.height == height_; }
+  /// Throws std::invalid_argument for an image that does not fit.
   [[nodiscard]] Profile operator()(const GrayImage& image) const;
 
  private:
@@ -38,6 +44,7 @@ class Rectifier {
     std::int32_t x, y, slot;
   };
   int width_, height_;
+  bool rows_;
   std::vector<Pixel> pixels_;  ///< row by row
   std::vector<Slot> slots_;
 };

@@ -77,6 +77,8 @@ Registration register_profile(const Profile& profile, const SlotMap& map, const 
   if (!start(r, looks)) return r;
   const double pattern_step = patterns.front().step_rad;
   const double furthest = 12 * pattern_step;  // a step of the search and a line's width
+  double rows = 0;
+  for (const Look& look : looks) rows = std::max(rows, std::abs(look.row));
   bool settled = false;
   for (int round = 0; round <= most_steps; ++round) {
     // Unknowns: reading, shear, gain, level.
@@ -89,8 +91,10 @@ Registration register_profile(const Profile& profile, const SlotMap& map, const 
       const double angle = r.reading_rad + look.angle + r.shift_rad(look.row);
       if (!covers(*look.pattern, angle)) continue;
       const Pattern::Sample s = look.pattern->at(angle);
-      const double slope = look.light * r.gain * s.slope, grey = look.light * s.grey;
-      const Eigen::Vector4d gradient(slope, part.free_shear ? slope * look.row : 0, grey, look.light);
+      const double by_shear = look.pattern->grey_by_shear(angle);
+      const double slope = look.light * r.gain * s.slope, grey = look.light * (s.grey + r.shear_rad * by_shear);
+      const double sheared = slope * look.row + look.light * r.gain * by_shear;
+      const Eigen::Vector4d gradient(slope, part.free_shear ? sheared : 0, grey, look.light);
       const double residual = look.grey - r.gain * grey - look.light * r.level;
       normal.noalias() += look.pixels * gradient * gradient.transpose();
       right.noalias() += look.pixels * residual * gradient;
@@ -117,7 +121,7 @@ Registration register_profile(const Profile& profile, const SlotMap& map, const 
     r.shear_rad += part_taken * step[1];
     r.gain += part_taken * step[2];
     r.level += part_taken * step[3];
-    settled = std::abs(by) < 1e-3 * pattern_step;
+    settled = std::abs(by) < 1e-3 * pattern_step && std::abs(step[1]) * rows < 1e-2 * pattern_step;
   }
   return r;
 }

@@ -132,9 +132,10 @@ Correction refine_angles(SlotMap& map, const std::vector<Placed>& frames, const 
 Patterns mosaic(const SlotMap& map, const std::vector<Placed>& frames, const Patterns& before) {
   constexpr double weight_of_before = 0.3;
   Patterns out = before;
-  std::vector<std::vector<double>> sum(before.size()), weight(before.size());
+  std::vector<std::vector<double>> sum(before.size()), tilt(before.size()), weight(before.size());
   for (std::size_t k = 0; k < before.size(); ++k) {
     weight[k].assign(before[k].grey.size(), weight_of_before);
+    tilt[k].assign(before[k].grey.size(), 0);
     for (const float g : before[k].grey) sum[k].push_back(weight_of_before * static_cast<double>(g));
   }
   for (const Placed& f : frames) {
@@ -149,10 +150,19 @@ Patterns mosaic(const SlotMap& map, const std::vector<Placed>& frames, const Pat
       const double grey = (f.profile->grey[i] / map.light[i] - f.at.level) / f.at.gain;
       sum[k][j] += (1 - part) * grey, weight[k][j] += 1 - part;
       sum[k][j + 1] += part * grey, weight[k][j + 1] += part;
+      if (f.profile->tilt.empty()) continue;
+      const double by_row = f.profile->tilt[i] / map.light[i] / f.at.gain;
+      tilt[k][j] += (1 - part) * by_row, tilt[k][j + 1] += part * by_row;
     }
   }
-  for (std::size_t k = 0; k < before.size(); ++k)
-    for (std::size_t j = 0; j < out[k].grey.size(); ++j) out[k].grey[j] = static_cast<float>(sum[k][j] / weight[k][j]);
+  const bool rows = !frames.empty() && !frames.front().profile->tilt.empty();
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    if (rows) out[k].tilt.resize(out[k].grey.size());
+    for (std::size_t j = 0; j < out[k].grey.size(); ++j) {
+      out[k].grey[j] = static_cast<float>(sum[k][j] / weight[k][j]);
+      if (rows) out[k].tilt[j] = static_cast<float>(tilt[k][j] / weight[k][j]);
+    }
+  }
   return out;
 }
 

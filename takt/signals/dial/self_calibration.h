@@ -36,7 +36,8 @@ struct Correction {
 Correction refine_angles(SlotMap& map, const std::vector<Placed>& frames, const Patterns& patterns,
                          const Freedom& freedom);
 
-/// The dial as all frames together show it. Where no frame has looked it is `before`.
+/// The dial as all frames together show it. Where no frame has looked it is `before`. A strip's tilt is right where the
+/// dial went both ways: what one frame's own shear adds to it has the sign of the speed.
 [[nodiscard]] Patterns mosaic(const SlotMap& map, const std::vector<Placed>& frames, const Patterns& before);
 
 /// The dial as one frame shows it.
