@@ -36,17 +36,28 @@ class Reading {
     RecordWalk walk(format_, file, format_.first_record());
     bool closed = false;
     while (!closed) {
+      const std::uint64_t damaged = walk.damage().places;
       const auto record = walk.next();
       if (!record) break;
       closed = record->kind == Kind::end;
       if (record->kind == Kind::zeros) zeros_ += record->end - record->at;
+      if (record->kind == Kind::unknown) ++unknown_;
+      if (walk.damage().places > damaged) begin_chunk(false);
       const bool good = record->kind == Kind::chunk ? see_chunk(*record) : see_record(file, *record, Origin{});
-      if (!good) ++broken_;
+      if (record->kind == Kind::chunk) chunk_is_whole_ = good;
+      if (record->kind == Kind::index && !chunk_is_whole_) count_lost(*record);
+      if (good) continue;
+      ++broken_;
+      walk.doubt_last();
     }
     if (!closed && walk.broke_off()) see_rest(walk);
+    note_damage(walk.damage(), "");
+    note_damage(inside_, " inside of chunks");
     if (broken_ > 0)
       notes_.push_back(
           fmt::format("{} chunks or records are broken or fail their checksum and were passed over", broken_));
+    if (!lost_.empty()) note_lost();
+    if (unknown_ > 0) notes_.push_back(fmt::format("{} records of unknown kinds were passed over", unknown_));
     if (zeros_ > 0) notes_.push_back(fmt::format("{} zero bytes between records were passed over", zeros_));
     if (!closed && format_.has_end_record() && notes_.empty())
       notes_.emplace_back("the file was never closed: it has no end record");
@@ -78,12 +89,12 @@ class Reading {
 
   /// A channel or a message; false where it is broken.
   bool see_record(ByteWindow& bytes, const FileRecord& record, const Origin& origin) {
-    if (record.broken) return false;
     if (record.kind == Kind::channel) return format_.learn(bytes, record, known_);
     if (record.kind != Kind::message) return true;
     const auto channel = known_.channels.find(record.channel);
     const std::uint64_t size = record.end - record.data_at;
     if (channel == known_.channels.end() || size > UINT32_MAX) return false;
+    ++seen_[record.channel];
     const std::uint64_t wanted = wanted_bytes(record.channel, channel->second);
     if (wanted == 0) return true;
     const auto head = bytes.at(record.data_at, std::min(wanted, size));
@@ -92,23 +103,56 @@ class Reading {
     return true;
   }
 
-  /// False where they are broken; what stands before the break has been seen.
+  /// False where they are broken; what could be read of them has been seen.
   bool see_records(ByteWindow bytes, const Origin& origin) {
     RecordWalk walk(format_, bytes, 0);
-    while (const auto record = walk.next())
-      if (!see_record(bytes, *record, origin)) return false;
-    return !walk.broke_off();
+    bool good = true;
+    while (const auto record = walk.next()) {
+      if (record->kind == Kind::unknown) ++unknown_;
+      if (see_record(bytes, *record, origin)) continue;
+      good = false;
+      walk.doubt_last();
+    }
+    if (inside_.places == 0) inside_.first_at = origin.chunk.value_or(origin.base) + walk.damage().first_at;
+    inside_.places += walk.damage().places;
+    inside_.bytes += walk.damage().bytes;
+    return good && walk.damage().places == 0 && !walk.broke_off();
   }
 
   bool see_chunk(const FileRecord& chunk) {
+    begin_chunk(true);
     if (!is_wanted(chunk.at)) return true;
     const StoredRecords& records = chunk.records;
-    if (chunk.broken) return false;
     if (records.compression == Compression::none)
       return see_records(ByteWindow(bytes_, records.at, records.at + records.size), Origin{std::nullopt, records.at}) &&
              records.size == records.plain_size;
     const ChunkBuffer* const loaded = chunks_.at(chunk);
     return loaded && see_records(ByteWindow(loaded->records()), Origin{chunk.at});
+  }
+
+  /// Messages are counted from here on, to be held against the indexes that follow.
+  void begin_chunk(bool is_whole) {
+    chunk_is_whole_ = is_whole;
+    seen_.clear();
+  }
+  /// An index tells how many messages there were in a chunk that could not be read, or not in full.
+  void count_lost(const FileRecord& index) {
+    const auto channel = known_.channels.find(index.channel);
+    const std::uint64_t seen = seen_[index.channel];
+    if (channel != known_.channels.end() && index.count > seen && wanted_bytes(index.channel, channel->second) > 0)
+      lost_[channel->second.topic] += index.count - seen;
+  }
+  void note_lost() {
+    std::string all;
+    for (const auto& [topic, count] : lost_) all += fmt::format("{}{} of {}", all.empty() ? "" : ", ", count, topic);
+    notes_.push_back("messages lost, as the indexes of broken chunks count them: " + all);
+  }
+  void note_damage(const RecordWalk::Damage& damage, const char* where) {
+    if (damage.places > 0)
+      notes_.push_back(
+          fmt::format("damaged in {} places{}, {} bytes in all, the first at byte {}: reading went on "
+                      "behind them",
+                      damage.places, where, damage.bytes, damage.first_at));
   }
 
   /// What the walk could not pass: the rest of the file, of which a chunk that is cut off can be read in part.
@@ -147,7 +191,11 @@ class Reading {
   std::map<std::uint32_t, std::uint64_t> wanted_;  // bytes by channel, once asked
   ByteWindow ahead_;
   ChunkAhead chunks_;
-  std::uint64_t broken_ = 0, zeros_ = 0;
+  std::uint64_t broken_ = 0, zeros_ = 0, unknown_ = 0;
+  RecordWalk::Damage inside_;  // of chunks
+  bool chunk_is_whole_ = true;
+  std::map<std::uint32_t, std::uint64_t> seen_;  // messages since the last chunk began, by channel
+  std::map<std::string, std::uint64_t> lost_;
   std::vector<std::string> notes_;
 };
 

@@ -12,7 +12,8 @@ namespace takt {
 
 /// A file of records and chunks. Reads with or without index. An index lets chunks without wanted messages pass unread;
 /// without one every chunk is looked into. Checksums of chunks that are decompressed are held against their content. Of
-/// a file that is cut off, what stands before the cut is read, that of its last chunk too.
+/// a file that is cut off, what stands before the cut is read, that of its last chunk too; behind damage reading goes
+/// on where records begin again.
 class ChunkedFile : public MessageFile {
  public:
   [[nodiscard]] std::vector<std::string> visit(const Wants& wants,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/recording/mcap_container.h"
 
+#include <algorithm>
 #include <array>
 #include <set>
 
@@ -15,8 +16,10 @@ namespace {
 
 using Kind = FileRecord::Kind;
 
+constexpr std::uint64_t footer_content = 20;
+constexpr std::uint64_t most_message_bytes = 1ULL << 30;
+
 std::optional<Record> read_footer(ByteWindow& file) {
-  constexpr std::uint64_t footer_content = 20;
   const std::uint64_t tail = record_head + footer_content + magic.size();
   if (file.size() < magic.size() + tail) return std::nullopt;
   const auto footer = head_at(file, file.size() - tail);
@@ -40,6 +43,16 @@ bool learn_chunk(std::span<const std::byte> content, FileIndex& index) {
   return in.good();
 }
 
+/// The inner lengths of a schema, a channel, a header or metadata add up to the outer one.
+bool lengths_agree(Op op, std::span<const std::byte> content) {
+  ByteCursor in(content);
+  int texts = op == Op::schema ? 3 : 2;  // metadata: a name and a map
+  if (op == Op::schema) in.u16();
+  if (op == Op::channel) in.u32(), texts = 3;  // the last is a map
+  for (int i = 0; i < texts; ++i) in.bytes(in.u32());
+  return in.good() && in.left() == 0;
+}
+
 class McapFormat : public RecordFormat {
  public:
   [[nodiscard]] std::uint64_t first_record() const override { return magic.size(); }
@@ -60,6 +73,11 @@ class McapFormat : public RecordFormat {
       case Op::schema:
       case Op::channel:
         out.kind = Kind::channel;
+        [[fallthrough]];
+      case Op::header:
+      case Op::metadata:
+        out.certain =
+            record->size <= most_other_bytes && lengths_agree(record->op, bytes.at(record->content_at(), record->size));
         break;
       case Op::message:
         out.kind = Kind::message;
@@ -67,19 +85,37 @@ class McapFormat : public RecordFormat {
         break;
       case Op::chunk:
         out.kind = Kind::chunk;
-        if (const auto head = chunk_head(bytes, *record))
-          out.records = head->records;
-        else
-          out.broken = true;
+        read_chunk(bytes, *record, out);
+        break;
+      case Op::message_index:
+        out.kind = Kind::index;
+        read_message_index(bytes, *record, out);
         break;
       case Op::data_end:
       case Op::footer:
         out.kind = Kind::end;
+        out.certain = record->size == (record->op == Op::data_end ? 4 : footer_content);
         break;
       default:
+        if (record->op > Op::data_end) out.kind = Kind::unknown;
         break;
     }
     return out;
+  }
+
+  [[nodiscard]] std::optional<std::uint64_t> candidate(ByteWindow& bytes, std::uint64_t from) const override {
+    constexpr std::uint64_t look = 1U << 16;
+    while (from + record_head <= bytes.size()) {
+      const auto block = bytes.at(from, std::min(look, bytes.size() - from));
+      if (block.empty()) return std::nullopt;
+      for (std::size_t i = 0; i + record_head <= block.size(); ++i) {
+        const auto zero = [&](std::size_t k) { return block[i + k] == std::byte{0}; };
+        const auto op = static_cast<unsigned>(block[i]);
+        if (op != 0 && op <= static_cast<unsigned>(Op::data_end) && zero(8) && zero(7) && zero(6)) return from + i;
+      }
+      from += block.size() - (record_head - 1);
+    }
+    return std::nullopt;
   }
 
   bool learn(ByteWindow& bytes, const FileRecord& record, KnownChannels& known) const override {
@@ -110,12 +146,27 @@ class McapFormat : public RecordFormat {
   }
 
  private:
+  static void read_chunk(ByteWindow& bytes, const Record& record, FileRecord& out) {
+    const auto head = chunk_head(bytes, record);
+    out.broken = !head || head->records.at + head->records.size != out.end;
+    if (!head) return;
+    out.records = head->records;
+    out.certain = !out.broken && head->start_time <= head->end_time;
+  }
+  static void read_message_index(ByteWindow& bytes, const Record& record, FileRecord& out) {
+    ByteCursor in(bytes.at(record.content_at(), 6));
+    out.channel = in.u16();
+    const std::uint32_t size = in.u32();
+    out.count = size / 16;
+    out.certain = in.good() && size % 16 == 0 && 6ULL + size == record.size;
+  }
   static void read_message(ByteWindow& bytes, const Record& record, FileRecord& out) {
     ByteCursor in(bytes.at(record.content_at(), message_head));
     out.channel = in.u16();
     in.u32();  // sequence
     out.recorded = from_ns(static_cast<std::int64_t>(in.u64()));
     out.broken = record.size < message_head || !in.good();
+    out.certain = !out.broken && record.size < most_message_bytes && to_ns(out.recorded) >= 0;
     out.data_at = record.content_at() + message_head;
   }
 };

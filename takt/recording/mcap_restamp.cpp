@@ -60,7 +60,7 @@ class Rewriter {
       } else if (in_summary) {
         copy_summary_record(record);
       } else {
-        copy_data_record(record);
+        if (!copy_data_record(record)) walk.doubt_last();
       }
       if (record.op == Op::data_end) {
         in_summary = true;
@@ -72,6 +72,7 @@ class Rewriter {
     else if (walk.broke_off())
       restamper_.note(fmt::format("byte {}: the file is cut off here; the {} bytes from there on are left out",
                                   walk.place(), file_->size() - walk.place()));
+    restamper_.left_out(walk.damage());
     out_.finish();
     return restamper_.finish();
   }
@@ -94,26 +95,37 @@ class Rewriter {
     return content;
   }
 
-  void copy_data_record(const Record& record) {
-    if (record.op == Op::chunk) {
-      moved_messages_.clear();
-      if (copy_chunk(record)) return;
-    } else if (record.op == Op::message_index && !moved_messages_.empty()) {
-      copy_message_index(record);
-      return;
-    } else if (record.op == Op::schema || record.op == Op::channel) {
-      if (const auto content = content_of(record)) static_cast<void>(learn(record.op, *content, known_));
-    } else if (record.op == Op::message) {
-      if (copy_message(record)) return;
-    } else if (record.op == Op::data_end && record.size >= 4) {
-      auto content = content_of(record);
-      if (content && number_at<std::uint32_t>(*content, 0) != 0) {
+  /// False where the record is broken.
+  bool copy_data_record(const Record& record) {
+    const std::size_t broken = restamper_.broken();
+    if (!rewrite_data_record(record)) copy_raw(record);
+    return restamper_.broken() == broken;
+  }
+
+  /// False where nothing changes in it: it is to be copied as it is.
+  bool rewrite_data_record(const Record& record) {
+    switch (record.op) {
+      case Op::chunk:
+        moved_messages_.clear();
+        return rewrite_chunk(record);
+      case Op::message_index:
+        return !moved_messages_.empty() && rewrite_message_index(record);
+      case Op::schema:
+      case Op::channel:
+        if (const auto content = content_of(record)) static_cast<void>(learn(record.op, *content, known_));
+        return false;
+      case Op::message:
+        return rewrite_message(record);
+      case Op::data_end: {
+        auto content = content_of(record);
+        if (!content || number_at<std::uint32_t>(*content, 0) == 0) return false;
         put_number(std::span(*content), 0, out_.crc());
         write_record(record.op, *content);
-        return;
+        return true;
       }
+      default:
+        return false;
     }
-    copy_raw(record);
   }
 
   /// The channel of a message that is to be restamped.
@@ -140,7 +152,7 @@ class Rewriter {
     return true;
   }
 
-  bool copy_message(const Record& record) {
+  bool rewrite_message(const Record& record) {
     auto content = content_of(record);
     const Channel* const channel = content ? wanted(*content) : nullptr;
     const bool changed = channel && restamp(*content, *channel);
@@ -155,10 +167,20 @@ class Rewriter {
     latest_ = std::max(latest_, log_time);
   }
 
-  /// False where nothing in it changes: it is copied as it is.
-  bool copy_chunk(const Record& record) {
+  /// The reader takes records that are not compressed without looking at their checksum: so they are restamped, too.
+  bool load(StoredRecords records) {
+    if (records.compression == Compression::none) records.crc = 0;
+    return load_records(*file_, records, chunk_);
+  }
+  /// A checksum that was wrong stays wrong.
+  [[nodiscard]] std::uint32_t crc_after(const StoredRecords& before, const Bytes& now) const {
+    const bool good = before.crc != 0 && crc32_of(chunk_.records()) == before.crc;
+    return good ? crc32_of(now) : before.crc;
+  }
+
+  bool rewrite_chunk(const Record& record) {
     const auto head = chunk_head(window_, record);
-    if (!head || !load_records(*file_, head->records, chunk_)) {
+    if (!head || !load(head->records)) {
       restamper_.count_broken();
       return false;
     }
@@ -167,14 +189,15 @@ class Rewriter {
     MovedChunk moved{0, 0, 0, UINT64_MAX, 0};
     bool changed = false;
     ByteWindow bytes(chunk_.records());
-    for (std::uint64_t at = 0; at < bytes.size();) {
-      const auto inner = head_at(bytes, at);
-      if (!inner || inner->end() > bytes.size()) {
-        append(now, bytes.at(at, bytes.size() - at));
-        restamper_.count_broken();
-        break;
-      }
-      at = inner->end();
+    RecordWalk walk(mcap_format(), bytes, 0);
+    std::uint64_t copied = 0;
+    const auto copy_until = [&](std::uint64_t end) {  // what no record covers
+      if (end > copied) append(now, bytes.at(copied, end - copied));
+    };
+    while (const auto found = walk.next()) {
+      copy_until(found->at);
+      copied = found->end;
+      const auto inner = head_at(bytes, found->at);
       const auto content = bytes.at(inner->content_at(), inner->size);
       if (inner->op == Op::schema || inner->op == Op::channel) static_cast<void>(learn(inner->op, content, known_));
       const Channel* const channel = inner->op == Op::message ? wanted(content) : nullptr;
@@ -197,6 +220,8 @@ class Rewriter {
       moved.start_time = std::min(moved.start_time, log_time);
       moved.end_time = std::max(moved.end_time, log_time);
     }
+    copy_until(bytes.size());
+    if (walk.broke_off() || walk.damage().places > 0) restamper_.count_broken();
     if (moved.start_time <= moved.end_time) {
       see_time(moved.start_time);
       see_time(moved.end_time);
@@ -209,7 +234,7 @@ class Rewriter {
     append(content, moved.start_time);
     append(content, moved.end_time);
     append(content, static_cast<std::uint64_t>(now.size()));
-    append(content, head->records.crc == 0 ? std::uint32_t{0} : crc32_of(now));
+    append(content, crc_after(head->records, now));
     append_text(content, head->compression);
     append(content, static_cast<std::uint64_t>(data.size()));
     append(content, data);
@@ -221,9 +246,9 @@ class Rewriter {
     return true;
   }
 
-  void copy_message_index(const Record& record) {
+  bool rewrite_message_index(const Record& record) {
     auto content = content_of(record);
-    if (!content) return copy_raw(record);
+    if (!content) return false;
     for (std::size_t at = 6; at + 16 <= content->size(); at += 16) {
       const auto moved = moved_messages_.find(number_at<std::uint64_t>(*content, at + 8));
       if (moved == moved_messages_.end()) continue;
@@ -231,6 +256,7 @@ class Rewriter {
       put_number(std::span(*content), at + 8, moved->second.offset);
     }
     write_record(record.op, *content);
+    return true;
   }
 
   [[nodiscard]] std::uint64_t now_at(std::uint64_t place) const {

@@ -78,6 +78,12 @@ std::optional<RestampedMessage> MessageRestamper::restamp(const Channel& channel
   return done->after == done->before ? std::nullopt : std::move(done);
 }
 
+void MessageRestamper::left_out(const RecordWalk::Damage& damage) {
+  if (damage.places > 0)
+    note(fmt::format("damaged in {} places, the first at byte {}: the {} bytes there are left out", damage.places,
+                     damage.first_at, damage.bytes));
+}
+
 Restamped MessageRestamper::finish() {
   if (broken_ > 0) note(fmt::format("{} broken chunks or messages were copied as they are", broken_));
   result_.streams = log_.streams();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "takt/recording/message_file.h"
+#include "takt/recording/record_walk.h"
 #include "takt/recording/restamp.h"
 
 namespace takt {
@@ -33,6 +34,8 @@ class MessageRestamper {
   [[nodiscard]] std::optional<RestampedMessage> restamp(const Channel& channel, std::span<std::byte> message);
 
   void count_broken() { ++broken_; }
+  [[nodiscard]] std::size_t broken() const { return broken_; }
+  void left_out(const RecordWalk::Damage& damage);
   void note(std::string words) { result_.notes.push_back(std::move(words)); }
   [[nodiscard]] Restamped finish();
 

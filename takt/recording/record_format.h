@@ -25,7 +25,8 @@ struct StoredRecords {
 struct FileRecord {
   enum class Kind {
     other,
-    zeros,  ///< no record: what crashed recorders leave behind
+    unknown,  ///< to the format as we know it
+    zeros,    ///< no record: what crashed recorders leave behind
     channel,
     message,
     chunk,
@@ -33,10 +34,12 @@ struct FileRecord {
     end     ///< of all data
   };
   Kind kind = Kind::other;
-  bool broken = false;  ///< its frame stands, its content does not hold together
+  bool broken = false;   ///< its inner and outer lengths contradict each other, or what it has to say is missing
+  bool certain = false;  ///< its lengths agree so well that chance could not have made it
   std::uint64_t at = 0, end = 0;
   std::uint64_t data_at = 0;  ///< of a message's bytes, which reach to `end`
   std::uint32_t channel = 0;  ///< of a message or an index
+  std::uint64_t count = 0;    ///< of an index's messages
   Stamp recorded{};           ///< of a message
   StoredRecords records;      ///< of a chunk
 };
@@ -63,6 +66,8 @@ class RecordFormat {
   [[nodiscard]] virtual std::uint64_t first_record() const = 0;
   /// The record that begins there; it may reach beyond the end. Nothing where none can begin.
   [[nodiscard]] virtual std::optional<FileRecord> record_at(ByteWindow& bytes, std::uint64_t at) const = 0;
+  /// The first place from `from` on where a record might begin, for a search behind damage: cheap and not sure.
+  [[nodiscard]] virtual std::optional<std::uint64_t> candidate(ByteWindow& bytes, std::uint64_t from) const = 0;
   /// False where a channel's record is broken. The first record of a number counts.
   virtual bool learn(ByteWindow& bytes, const FileRecord& record, KnownChannels& known) const = 0;
   /// Nothing where there is none, or a broken one.

@@ -62,21 +62,32 @@ class Ros1Format : public RecordFormat {
     if (record.header_bytes.empty() && record.data_size == 0) {
       out.kind = Kind::zeros;
       out.end = after_zeros(bytes, at);
-    } else if (header.op == Op::connection) {
-      out.kind = Kind::channel;
-    } else if (header.op == Op::message) {
-      out.kind = Kind::message;
-      out.channel = header.connection.value_or(0);
-      out.recorded = header.time.value_or(Stamp{});
-      out.broken = !header.connection;
-    } else if (header.op == Op::chunk) {
-      out.kind = Kind::chunk;
-      const auto compression = compression_named(header.compression);
-      out.broken = !compression || !header.size;
-      out.records = {compression.value_or(Compression::none), record.data_at, record.data_size, header.size.value_or(0),
-                     0};
+    } else {
+      read_fields(header, record, out);
     }
     return out;
+  }
+
+  [[nodiscard]] std::optional<std::uint64_t> candidate(ByteWindow& bytes, std::uint64_t from) const override {
+    // Every header has the field "op=" of four bytes; it stands among others, which are short.
+    static constexpr std::array pattern{std::byte{4},   std::byte{0},   std::byte{0},  std::byte{0},
+                                        std::byte{'o'}, std::byte{'p'}, std::byte{'='}};
+    constexpr std::uint64_t look = 1U << 16, most_before = 160;
+    for (std::uint64_t at = from; at + pattern.size() <= bytes.size();) {
+      const auto block = bytes.at(at, std::min(look, bytes.size() - at));
+      const auto found = std::search(block.begin(), block.end(), pattern.begin(), pattern.end());
+      const std::uint64_t field_at = at + static_cast<std::uint64_t>(found - block.begin());
+      if (found == block.end()) {
+        if (block.size() < pattern.size()) break;
+        at += block.size() - (pattern.size() - 1);
+        continue;
+      }
+      Record record;
+      for (std::uint64_t p = std::max(from, field_at - std::min(field_at, most_before)); p + 4 <= field_at; ++p)
+        if (head_at(bytes, p, record) == Found::record && record.header.op != Op::none) return p;
+      at = field_at + 1;
+    }
+    return std::nullopt;
   }
 
   bool learn(ByteWindow& bytes, const FileRecord& record, KnownChannels& known) const override {
@@ -108,6 +119,44 @@ class Ros1Format : public RecordFormat {
       at = found->end;
     }
     return index;
+  }
+
+ private:
+  static void read_fields(const Header& header, const Record& record, FileRecord& out) {
+    const auto compression = compression_named(header.compression);
+    const bool has_connection = header.connection.has_value();
+    out.channel = header.connection.value_or(0);
+    switch (header.op) {
+      case Op::connection:
+        out.kind = Kind::channel;
+        out.certain = has_connection && !header.topic.empty();
+        break;
+      case Op::message:
+        out.kind = Kind::message;
+        out.recorded = header.time.value_or(Stamp{});
+        out.broken = !has_connection;
+        out.certain = has_connection && header.time;
+        break;
+      case Op::chunk:
+        out.kind = Kind::chunk;
+        out.broken =
+            !compression || !header.size || (compression == Compression::none && header.size != record.data_size);
+        out.records = {compression.value_or(Compression::none), record.data_at, record.data_size,
+                       header.size.value_or(0), 0};
+        out.certain = !out.broken;
+        break;
+      case Op::index:
+        out.kind = Kind::index;
+        out.count = record.data_size / 12;
+        out.certain = has_connection && record.data_size % 12 == 0;
+        break;
+      case Op::chunk_info:
+      case Op::bag:
+        out.certain = header.place.has_value();
+        break;
+      case Op::none:
+        break;
+    }
   }
 };
 

@@ -42,7 +42,12 @@ class Rewriter {
   Restamped run() {
     out_.copy(*file_, 0, magic.size());
     RecordWalk walk(ros1_format(), window_, magic.size());
-    while (const auto found = walk.next()) copy_record(*found);
+    while (const auto found = walk.next()) {
+      const std::size_t broken = restamper_.broken();
+      copy_record(*found);
+      if (restamper_.broken() > broken) walk.doubt_last();
+    }
+    restamper_.left_out(walk.damage());
     if (walk.broke_off())
       restamper_.note(fmt::format("byte {}: the bag is cut off or broken here; the {} bytes from there on are left out",
                                   walk.place(), file_->size() - walk.place()));
@@ -124,7 +129,7 @@ class Rewriter {
 
   /// False where nothing in it changes: it is copied as it is.
   bool copy_chunk(const FileRecord& found) {
-    if (found.broken || !load_records(*file_, found.records, buffer_)) {
+    if (!load_records(*file_, found.records, buffer_)) {
       restamper_.count_broken();
       return false;
     }
@@ -144,28 +149,25 @@ class Rewriter {
 
   bool restamp_records(std::span<std::byte> records) {
     bool changed = false;
-    ByteCursor in(records);
-    while (in.left() > 0) {
-      const std::size_t record_at = in.place();
-      Header header;
-      const auto fields = in.bytes(in.u32());
-      const std::size_t header_at = in.place() - fields.size();
-      const auto data = in.bytes(in.u32());
-      if (!in.good() || !read_fields(fields, header)) {
-        restamper_.count_broken();
-        break;
-      }
+    ByteWindow bytes(records);
+    RecordWalk walk(ros1_format(), bytes, 0);
+    while (const auto found = walk.next()) {
+      Record inner;
+      if (head_at(bytes, found->at, inner) != Found::record) continue;
+      const Header& header = inner.header;
+      const auto data = records.subspan(inner.data_at, inner.data_size);
       if (header.op == Op::connection) static_cast<void>(learn(header, data, known_));
       if (header.op != Op::message) continue;
       Stamp recorded = header.time.value_or(Stamp{});
       if (is_wanted(header.connection)) {
-        const auto message = records.subspan(in.place() - data.size(), data.size());
-        const Stamp now = restamp(header, message, records.subspan(header_at, fields.size()), changed);
-        if (now != recorded) new_times_[{*header.connection, static_cast<std::uint32_t>(record_at)}] = recorded = now;
+        const auto fields = records.subspan(found->at + 4, inner.header_bytes.size());
+        const Stamp now = restamp(header, data, fields, changed);
+        if (now != recorded) new_times_[{*header.connection, static_cast<std::uint32_t>(found->at)}] = recorded = now;
       }
       chunk_->start = std::min(chunk_->start.value_or(recorded), recorded);
       chunk_->end = std::max(chunk_->end.value_or(recorded), recorded);
     }
+    if (walk.broke_off() || walk.damage().places > 0) restamper_.count_broken();
     chunk_->times_moved = !new_times_.empty();
     return changed;
   }
