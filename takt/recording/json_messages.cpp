@@ -208,7 +208,7 @@ GrayImage read_image(std::span<const std::byte> message, bool compressed) {
   return to_gray({whole(json, "width"), whole(json, "height"), whole(json, "step"), encoding, *data}, data);
 }
 
-std::optional<CameraModel> read_camera_info(std::span<const std::byte> message) {
+std::optional<CameraInfoModel> read_camera_info(std::span<const std::byte> message) {
   const Json json = parsed(message);
   CameraInfo info;
   info.width = whole(json, "width");

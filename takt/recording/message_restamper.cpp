@@ -64,9 +64,9 @@ std::optional<RestampedMessage> exchange_stamp(MessageEncoding encoding, std::sp
 }  // namespace
 
 MessageRestamper::MessageRestamper(const std::vector<Channel>& channels, const Restamping& order, std::string where)
-    : order_(order),
-      where_(std::move(where)),
-      topics_(topics_to_restamp(channels, order.stream, where_, result_.notes)) {}
+    : order_(order), where_(std::move(where)) {
+  topics_ = topics_to_restamp(channels, order.stream, where_, result_.notes);
+}
 
 std::optional<RestampedMessage> MessageRestamper::restamp(const Channel& channel, std::span<std::byte> message) {
   auto done = exchange_stamp(channel.encoding, message, order_, where_);

@@ -79,19 +79,36 @@ TEST(Ros1Bag, AMosaicOfOneColourIsFlat) {
     for (int x = 0; x < 6; ++x) EXPECT_EQ(gray.row(y)[x], 110) << x << ' ' << y;
 }
 
-TEST(Ros1Bag, CameraInfoGivesTheModelOfItsNameSpace) {
+Recording with_camera_info(double k3) {
   std::string info =
       header(1, 0) + raw(std::uint32_t{480}) + raw(std::uint32_t{640}) + sized("plumb_bob") + raw(std::uint32_t{5});
-  for (const double d : {-0.3, 0.1, 0.001, 0.002, 0.0}) info += raw(d);
+  for (const double d : {-0.3, 0.1, 0.001, 0.002, k3}) info += raw(d);
   for (const double k : {400.0, 0.0, 320.0, 0.0, 401.0, 240.0, 0.0, 0.0, 1.0}) info += raw(k);
-  const std::string bytes = bag(chunk(connection(1, "/a/image_raw", "sensor_msgs/Image") +
-                                      connection(2, "/a/camera_info", "sensor_msgs/CameraInfo") +
-                                      message(1, image(1, 1, 1, "mono8", 1, "x")) + message(2, info)));
-  const Recording r = read(bytes);
+  return read(bag(chunk(connection(1, "/a/image_raw", "sensor_msgs/Image") +
+                        connection(2, "/a/camera_info", "sensor_msgs/CameraInfo") +
+                        message(1, image(1, 1, 1, "mono8", 1, "x")) + message(2, info))));
+}
+
+TEST(Ros1Bag, CameraInfoGivesTheModelOfItsNameSpace) {
+  const Recording r = with_camera_info(0);
   ASSERT_TRUE(r.cameras[0].model);
   EXPECT_EQ(r.cameras[0].model->fy, 401);
   EXPECT_EQ(r.cameras[0].model->distortion, Distortion::radtan);
   EXPECT_EQ(r.cameras[0].timing.rows, 480);
+}
+
+TEST(Ros1Bag, AThirdRadialTermIsPutIntoTheFirstTwoAndSaid) {
+  const double k3 = -0.02;
+  const Recording r = with_camera_info(k3);
+  ASSERT_TRUE(r.cameras.at(0).model) << joined(r.notes);
+  EXPECT_NE(joined(r.notes).find("k3 of its camera_info was put into k1 and k2 (at most"), std::string::npos);
+  const auto& c = r.cameras[0].model->coeffs;
+  for (const double radius : {0.2, 0.4, 0.6, 0.8, 1.0}) {
+    const double r2 = radius * radius;
+    const double theirs = radius * (1 + r2 * (-0.3 + r2 * (0.1 + r2 * k3))),
+                 ours = radius * (1 + r2 * (c[0] + r2 * c[1]));
+    EXPECT_NEAR(400 * ours, 400 * theirs, 0.5) << radius;
+  }
 }
 
 TEST(Ros1Bag, ZeroFilledTailIsPassedOver) {

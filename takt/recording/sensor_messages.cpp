@@ -96,7 +96,7 @@ GrayImage read_image(const Channel& channel, std::span<const std::byte> message,
   return in.good() ? to_gray(picture, std::move(owner)) : GrayImage{};
 }
 
-std::optional<CameraModel> read_camera_info(MessageEncoding encoding, std::span<const std::byte> message) {
+std::optional<CameraInfoModel> read_camera_info(MessageEncoding encoding, std::span<const std::byte> message) {
   if (encoding == MessageEncoding::json) return json_messages::read_camera_info(message);
   MessageReader in(encoding, message);
   in.header();
