@@ -62,6 +62,10 @@ TEST(Ros1Bag, ColoursBecomeGrey) {
   EXPECT_EQ(gray("bgr8", 3, std::string("\0\0\xff", 3)), 76);
   EXPECT_EQ(gray("bgra8", 4, std::string("\0\xff\0\0", 4)), 150);
   EXPECT_EQ(gray("yuv422", 2, "\x10\x63"), 0x63);
+  EXPECT_EQ(gray("mono16", 2, std::string("\x34\x00", 2)), 0x34);
+  EXPECT_EQ(gray("mono16", 2, "\xff\x0f"), 255);  // 12 bits
+  EXPECT_EQ(gray("mono16", 2, std::string("\x00\x80", 2)), 128);
+  EXPECT_EQ(gray("bgr16", 6, std::string("\x00\x00\x00\x00\x00\xff", 6)), 76);
   EXPECT_EQ(gray("hologram", 1, "\x10"), -1);
   EXPECT_EQ(gray("mono8", 0, "\x10"), -1);
 }

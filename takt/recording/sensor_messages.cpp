@@ -24,7 +24,7 @@ RawPicture read_raw_picture(MessageReader& in) {
   p.height = in.u32();
   p.width = in.u32();
   p.encoding = in.text();
-  in.u8();  // byte order: of no meaning for 8-bit pixels
+  p.big_endian = in.u8() != 0;
   p.stride = in.u32();
   return p;
 }
