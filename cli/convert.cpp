@@ -13,7 +13,6 @@
 #include "cli/output.h"
 #include "cli/output_place.h"
 #include "cli/progress.h"
-#include "takt/simulation/folder_writer.h"
 #include "takt/workflows/apply.h"
 
 namespace takt::cli {
@@ -46,8 +45,8 @@ int run_convert(ConvertJob job, const Common& common) {
   const auto bar = std::make_shared<ProgressBar>(common, "pictures");
   job.progress = [bar](double fraction) { (*bar)(fraction); };
   RemovedOnInterrupt temporary(temporary_name(out));
-  const RemovedOnInterrupt half(unfinished(temporary.path().string()));  // of a folder, before it has that name
   job.out = temporary.path().string();
+  const RemovedOnInterrupt half(half_written(job));
   const Written done = convert(job);
   publish_recording(job.out, out);
   temporary.keep();
