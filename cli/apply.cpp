@@ -3,7 +3,6 @@
 #include "takt/workflows/apply.h"
 
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <map>
@@ -13,6 +12,7 @@
 #include "cli/interrupt.h"
 #include "cli/open_options.h"
 #include "cli/output.h"
+#include "cli/output_place.h"
 #include "takt/calibration/words.h"
 #include "takt/error.h"
 
@@ -32,27 +32,15 @@ struct Line {
 
 /// What can be found out before an hour of copying.
 void check_places(const std::string& in, const std::string& out) {
-  std::error_code failed;
-  if (!fs::exists(in, failed)) throw Error("no such file or folder", in, "check the path");
-  if (fs::equivalent(in, out, failed)) throw Error("is the input itself", out, "choose another name with -o");
-  const fs::path folder = fs::absolute(out).parent_path();
-  if (!fs::is_directory(folder, failed))
-    throw Error("cannot be written: there is no such folder", folder.string(), "make it, or choose another place");
-  const bool is_folder = fs::is_directory(in, failed);
-  if (is_folder && fs::exists(out, failed) && !(fs::is_directory(out, failed) && fs::is_empty(out, failed)))
-    throw Error("is there already", out, "remove it, or choose another name with -o");
-  if (!is_folder && fs::is_directory(out, failed)) throw Error("is a folder", out, "name the file to write with -o");
-  if (is_folder &&
-      fs::absolute(out).lexically_normal().string().starts_with(fs::absolute(in).lexically_normal().string() + "/"))
-    throw Error("is inside the input", out, "choose another place with -o");
+  check_output_place(in, out, fs::is_directory(in));
   const auto container = [](const fs::path& p) {
     const std::string e = p.extension().string();
     return e == ".bag" || e == ".mcap" || e == ".db3";
   };
   const fs::path from(in), to(out);
-  if (!is_folder && from.extension() != to.extension() && container(to))
+  if (!fs::is_directory(in) && from.extension() != to.extension() && container(to))
     throw Error(fmt::format("apply does not convert {} to {}", from.extension().string(), to.extension().string()), out,
-                "give it the ending of the input");
+                "give it the ending of the input, or run takt convert on the copy");
 }
 
 Json to_json(const Line& line, const std::string& out, const Restamped& done) {
@@ -105,10 +93,7 @@ int run_apply(Line line, const Common& common) {
   if (line.rehearsal) {
     done = apply(line.job);
   } else {
-    // Ends as the output does: formats that look at a file's name see the same.
-    const fs::path final_name(out);
-    RemovedOnInterrupt temporary(final_name.parent_path() / fmt::format(".{}.part{}{}", final_name.stem().string(),
-                                                                        getpid(), final_name.extension().string()));
+    RemovedOnInterrupt temporary(temporary_name(out));
     line.job.out = temporary.path().string();
     done = apply(line.job);
     publish_recording(line.job.out, out);

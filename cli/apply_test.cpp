@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The real command: its exit statuses, and what is left of it when it is killed.
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -12,6 +9,7 @@
 #include <thread>
 #include <tuple>
 
+#include "cli/command_for_tests.h"
 #include "cli/output.h"
 #include "tests/ros1_bag_writing.h"
 #include "tests/tools.h"
@@ -34,30 +32,6 @@ Estimate answer() {
   return e;
 }
 
-std::string content(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-/// Starts the real command without a shell in between, so that a signal reaches it.
-pid_t start(const std::vector<std::string>& arguments, const std::string& log) {
-  const pid_t child = fork();
-  if (child != 0) return child;
-  std::vector<char*> argv{const_cast<char*>(TAKT_COMMAND)};
-  for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
-  argv.push_back(nullptr);
-  const int handle = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
-  dup2(handle, 1);
-  dup2(handle, 2);
-  execv(TAKT_COMMAND, argv.data());
-  _exit(127);
-}
-int finish(pid_t child) {
-  int status = 0;
-  waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
 /// Enough of a bag that there is time to kill its copying.
 std::string big_bag(std::size_t chunks) {
   std::string records;
@@ -66,13 +40,6 @@ std::string big_bag(std::size_t chunks) {
     records += chunk((i == 0 ? connection(1, "/cam/image_raw", "sensor_msgs/Image") : "") +
                      message(1, image(static_cast<std::uint32_t>(100 + i), 600, 500, "mono8", 600, pixels)));
   return bag(records);
-}
-
-std::vector<std::string> names_in(const std::string& folder) {
-  std::vector<std::string> out;
-  for (const auto& entry : fs::directory_iterator(folder)) out.push_back(entry.path().filename().string());
-  std::sort(out.begin(), out.end());
-  return out;
 }
 
 TEST(Apply, KilledAtAnyMomentItLeavesNothingUnderTheFinalName) {

@@ -27,6 +27,7 @@ const std::vector<AddVerb> all_verbs{
     add_clock,
     add_listen,
     add_apply,
+    add_convert,
     add_export,
     add_simulate,
     add_experiment,

@@ -37,6 +37,7 @@ void add_pendulum(CLI::App& app, Common& common, Action& action);
 void add_track(CLI::App& app, Common& common, Action& action);
 void add_simulate(CLI::App& app, Common& common, Action& action);
 void add_experiment(CLI::App& app, Common& common, Action& action);
+void add_convert(CLI::App& app, Common& common, Action& action);
 void add_export(CLI::App& app, Common& common, Action& action);
 void add_report(CLI::App& app, Common& common, Action& action);
 void add_completion(CLI::App& app, Common& common, Action& action);

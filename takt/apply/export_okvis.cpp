@@ -12,7 +12,9 @@ Exported export_okvis(const CameraToImu& c) {
   std::string text = opencv_head + head_comment(c);
   text += mounting_comment(c);
   if (c.T_imu_cam) text += fmt::format("cameras:\n   - {{ T_SC: {} }}\n", list(row_major(*c.T_imu_cam)));
-  text += fmt::format("camera_params:\n   image_delay: {}\n", seconds(-c.shift_ns));
+  // Each reads its own field and passes over the other's.
+  text += fmt::format("# for OKVIS2\ncamera_parameters:\n   image_delay: {0}\n# for OKVIS\nimageDelay: {0}\n",
+                      seconds(-c.shift_ns));
   return {text, fmt::format("image_delay {} s, which OKVIS takes off the image's stamps: {}", seconds(-c.shift_ns),
                             offset_words(c))};
 }

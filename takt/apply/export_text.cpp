@@ -53,8 +53,9 @@ std::string matrix_rows(const std::string& key, const Mat4& m, int indent) {
   return out;
 }
 
-std::string opencv_matrix(const std::string& key, const Mat4& m) {
-  return fmt::format("{}: !!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: d\n   data: {}\n", key, list(row_major(m)));
+std::string opencv_matrix(const std::string& key, const Mat4& m, char type) {
+  return fmt::format("{}: !!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: {}\n   data: {}\n", key, type,
+                     list(row_major(m)));
 }
 
 std::string offset_words(const CameraToImu& c) {

@@ -20,7 +20,7 @@ inline constexpr const char* opencv_head = "%YAML:1.0\n---\n";
 /// `key:` and four rows, `indent` blanks in front.
 [[nodiscard]] std::string matrix_rows(const std::string& key, const Mat4& m, int indent);
 /// `key: !!opencv-matrix`.
-[[nodiscard]] std::string opencv_matrix(const std::string& key, const Mat4& m);
+[[nodiscard]] std::string opencv_matrix(const std::string& key, const Mat4& m, char type = 'd');
 /// "cam0 is 3.177 ms early against imu0: "
 [[nodiscard]] std::string offset_words(const CameraToImu& c);
 /// camera_model, intrinsics, distortion, resolution in Kalibr's names; a comment where they are not known.

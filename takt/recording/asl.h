@@ -24,4 +24,9 @@ struct AslCameraFiles {
 [[nodiscard]] ImuStream read_asl_imu(std::string_view data_csv, std::string_view sensor_yaml, const std::string& name,
                                      const std::string& folder, std::vector<std::string>& notes);
 
+/// The folder with other stamps in a sensor's data.csv, and in its exposure.csv, which goes by the same stamps.
+/// Pictures keep their names. Throws takt::Error where no sensor has that name.
+[[nodiscard]] Restamped restamp_asl(const std::string& in, const std::string& out, const Restamping& order,
+                                    const OpenOptions& options);
+
 }  // namespace takt

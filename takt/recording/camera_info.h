@@ -17,7 +17,11 @@ struct CameraInfo {
   std::vector<double> d;
   std::array<double, 9> k{};
 };
+struct CameraInfoModel {
+  CameraModel model;
+  double off_px = 0;  ///< at most, in a corner: its third radial term was put into the first two
+};
 /// Nothing where the camera says that it is not calibrated (fx 0), or its model is one that takt does not have.
-[[nodiscard]] std::optional<CameraModel> model_of(const CameraInfo& info);
+[[nodiscard]] std::optional<CameraInfoModel> model_of(const CameraInfo& info);
 
 }  // namespace takt

@@ -1,50 +1,56 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <condition_variable>
 #include <cstddef>
-#include <cstdint>
 #include <deque>
 #include <functional>
-#include <future>
 #include <memory>
-#include <span>
+#include <mutex>
+#include <optional>
+#include <thread>
 #include <vector>
 
+#include "takt/recording/record_format.h"
+
 namespace takt {
-
-/// The memory for a chunk while it is read and decompressed, used again for the next one.
-struct ChunkBuffer {
-  std::vector<std::byte> stored, plain;
-  std::size_t size = 0;  ///< of the records, the first bytes of `plain`
-
-  [[nodiscard]] std::span<const std::byte> records() const { return std::span(plain).first(size); }
-};
 
 /// Reads and decompresses the next chunks on other threads while one is looked at. What comes out, and in which order,
 /// is the same as without.
 class ChunkAhead {
  public:
-  /// Fills a buffer with the chunk at a place; false where it is broken. Called from several threads at once.
-  using Load = std::function<bool(std::uint64_t place, ChunkBuffer& into)>;
-  /// The place of the first wanted, compressed and not too large chunk behind a place; 0 where there is none.
-  using Next = std::function<std::uint64_t(std::uint64_t place)>;
-  ChunkAhead(Load load, Next next) : load_(std::move(load)), next_(std::move(next)) {}
+  /// The first wanted, compressed and not too large chunk behind another; nothing where there is none.
+  using Next = std::function<std::optional<FileRecord>(const FileRecord& chunk)>;
+  ChunkAhead(const ByteSource& file, Next next) : file_(file), next_(std::move(next)) {}
+  ~ChunkAhead();
+  ChunkAhead(const ChunkAhead&) = delete;
+  ChunkAhead& operator=(const ChunkAhead&) = delete;
 
-  /// The chunk at `place`, valid until the next call; nullptr where it is broken.
-  [[nodiscard]] const ChunkBuffer* at(std::uint64_t place);
+  /// The chunk's records, valid until the next call; nullptr where they are broken.
+  [[nodiscard]] const ChunkBuffer* at(const FileRecord& chunk);
 
  private:
   struct Job {
-    std::uint64_t place;
-    std::unique_ptr<ChunkBuffer> buffer;
-    std::future<bool> done;
+    enum class State { waiting, under_way, done };
+    FileRecord chunk;
+    ChunkBuffer buffer;
+    State state = State::waiting;
+    bool good = false;
   };
-  void start(std::uint64_t place);
+  void add(const FileRecord& chunk);
+  [[nodiscard]] Job* first_waiting();
+  void load(Job& job, std::unique_lock<std::mutex>& lock);
+  void finish(Job& job, std::unique_lock<std::mutex>& lock);
+  void work();
 
-  Load load_;
+  const ByteSource& file_;
   Next next_;
-  std::deque<Job> jobs_;  // in order of place
-  std::unique_ptr<ChunkBuffer> current_;
-  std::vector<std::unique_ptr<ChunkBuffer>> spare_;
+  std::mutex mutex_;  // over all below
+  std::condition_variable changed_;
+  std::deque<std::unique_ptr<Job>> jobs_;  // in order of place
+  std::unique_ptr<Job> current_;
+  std::vector<std::unique_ptr<Job>> spare_;
+  std::vector<std::thread> workers_;
+  bool closing_ = false;
 };
 
 }  // namespace takt

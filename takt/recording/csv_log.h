@@ -23,4 +23,8 @@ namespace takt {
 [[nodiscard]] TimeColumn time_column_of_log(TableRows& rows, const std::string& where, TimeUnit asked,
                                             std::string& note);
 
+/// The log with other numbers in its time column, in its own unit.
+[[nodiscard]] Restamped restamp_csv_log(const std::string& in, const std::string& out, const Restamping& order,
+                                        const OpenOptions& options);
+
 }  // namespace takt

@@ -11,6 +11,7 @@
 #include "takt/error.h"
 #include "takt/recording/db3_container.h"
 #include "takt/recording/decompress.h"
+#include "takt/recording/message_restamper.h"
 #include "takt/recording/output_file.h"
 #include "takt/recording/rosbag2.h"
 #include "takt/recording/sqlite.h"
@@ -54,8 +55,7 @@ void sync(const std::string& path) {
 }  // namespace
 
 Restamped restamp_db3(const std::string& in, const std::string& out, const Restamping& order, const OpenOptions&) {
-  Restamped result;
-  const auto topics = topics_to_restamp(Db3Container(in).channels(), order.stream, in, result.notes);
+  MessageRestamper restamper(Db3Container(in).channels(), order, in);
   std::shared_ptr<sqlite3> db;
   if (out.empty()) {
     db = open_database(in);
@@ -68,12 +68,10 @@ Restamped restamp_db3(const std::string& in, const std::string& out, const Resta
   }
   std::map<std::int64_t, Channel> wanted;
   for (auto& [id, channel] : db3_topics(*db, in))
-    if (topics.contains(channel.topic)) wanted.emplace(id, std::move(channel));
+    if (restamper.moves(channel)) wanted.emplace(id, std::move(channel));
 
   // The ids are read first, a page of them at a time: a table that is being read is not changed.
   constexpr int page = 10'000;
-  RestampLog log;
-  std::size_t broken = 0;
   std::int64_t last = std::numeric_limits<std::int64_t>::min();
   bool first = true, changed = false;
   while (true) {
@@ -104,26 +102,19 @@ Restamped restamp_db3(const std::string& in, const std::string& out, const Resta
       const bool compressed = stored && is_zstd(*stored);
       if (compressed && row.size > head_bytes) stored = blob.read(row.id, 0, static_cast<std::uint64_t>(row.size));
       Bytes message = stored ? plain_message(std::move(*stored), UINT64_MAX) : Bytes{};
-      const auto done = restamp_message(channel->second.encoding, message, order, in);
-      if (!done) {
-        ++broken;
-        continue;
-      }
-      log.saw(channel->second.topic, done->before, done->after);
-      if (done->after == done->before || out.empty()) continue;
+      const auto done = restamper.restamp(channel->second, message);
+      if (!done || out.empty()) continue;
       changed = true;
       if (compressed)
         exchange(*db, row.id, compress(Compression::zstd, message), out);
       else if (!blob.write(row.id, 0, message))
         fail(*db, out);
-      if (order.record_time) move_record_time(*db, row.id, done->after - done->before, out);
+      if (order.record_time) move_record_time(*db, row.id, done->moved_by(), out);
     }
   }
   db.reset();
   if (changed) sync(out);
-  if (broken > 0) result.notes.push_back(fmt::format("{} broken messages were copied as they are", broken));
-  result.streams = log.streams();
-  return result;
+  return restamper.finish();
 }
 
 }  // namespace takt

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <new>
 #include <stdexcept>
 
 namespace takt {
@@ -31,16 +32,27 @@ std::span<std::byte> room_in(Bytes& out, std::size_t filled, std::size_t most) {
   return std::span(out).first(std::min(out.size(), most)).subspan(filled);
 }
 
-Outcome from_lz4(std::span<const std::byte> frame, std::size_t most, Bytes& bytes) {
+using Lz4Context = std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)>;
+using ZstdStream = std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)>;
+
+Lz4Context lz4_context() {
   LZ4F_dctx* raw = nullptr;
-  if (LZ4F_isError(LZ4F_createDecompressionContext(&raw, LZ4F_VERSION))) return {};
-  const std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> context(raw,
-                                                                                     &LZ4F_freeDecompressionContext);
+  if (LZ4F_isError(LZ4F_createDecompressionContext(&raw, LZ4F_VERSION))) throw std::bad_alloc();
+  return {raw, &LZ4F_freeDecompressionContext};
+}
+ZstdStream zstd_stream() {
+  ZstdStream stream(ZSTD_createDStream(), &ZSTD_freeDStream);
+  if (!stream) throw std::bad_alloc();
+  return stream;
+}
+
+Outcome from_lz4(LZ4F_dctx& context, std::span<const std::byte> frame, std::size_t most, Bytes& bytes) {
+  LZ4F_resetDecompressionContext(&context);
   Outcome out;
   for (std::size_t used = 0; !out.ended;) {
     const auto free = room_in(bytes, out.filled, most);
     std::size_t room = free.size(), taken = frame.size() - used;
-    const std::size_t hint = LZ4F_decompress(context.get(), free.data(), &room, frame.data() + used, &taken, nullptr);
+    const std::size_t hint = LZ4F_decompress(&context, free.data(), &room, frame.data() + used, &taken, nullptr);
     if (LZ4F_isError(hint)) break;
     out.filled += room;
     used += taken;
@@ -72,40 +84,21 @@ Outcome from_bz2(std::span<const std::byte> stream, std::size_t most, Bytes& byt
   return out;
 }
 
-using ZstdStream = std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)>;
-
-Outcome from_zstd(std::span<const std::byte> frame, std::size_t most, Bytes& bytes) {
-  const ZstdStream stream(ZSTD_createDStream(), &ZSTD_freeDStream);
-  if (!stream) return {};
+Outcome from_zstd(ZSTD_DStream& stream, std::span<const std::byte> frame, std::size_t most, Bytes& bytes) {
+  ZSTD_DCtx_reset(&stream, ZSTD_reset_session_only);
   Outcome out;
   ZSTD_inBuffer in{frame.data(), frame.size(), 0};
   while (true) {
     const auto free = room_in(bytes, out.filled, most);
     ZSTD_outBuffer part{free.data(), free.size(), 0};
     const std::size_t before = in.pos;
-    const std::size_t hint = ZSTD_decompressStream(stream.get(), &part, &in);
+    const std::size_t hint = ZSTD_decompressStream(&stream, &part, &in);
     if (ZSTD_isError(hint)) break;
     out.filled += part.pos;
     out.ended = hint == 0;
     if ((out.ended && in.pos == in.size) || (part.pos == 0 && in.pos == before)) break;
   }
   return out;
-}
-
-Outcome run(Compression kind, std::span<const std::byte> input, std::size_t most, Bytes& out) {
-  switch (kind) {
-    case Compression::none:
-      break;
-    case Compression::lz4:
-      return from_lz4(input, most, out);
-    case Compression::bz2:
-      return from_bz2(input, most, out);
-    case Compression::zstd:
-      return from_zstd(input, most, out);
-  }
-  const auto part = input.first(std::min(input.size(), most));
-  out.assign(part.begin(), part.end());
-  return {part.size(), part.size() == input.size()};
 }
 
 Bytes to_lz4(std::span<const std::byte> input) {
@@ -149,21 +142,54 @@ std::optional<Compression> compression_named(std::string_view name) {
   return std::nullopt;
 }
 
-bool decompress(Compression kind, std::span<const std::byte> input, std::size_t size, Bytes& out) {
-  const Outcome done = run(kind, input, size, out);
+namespace {
+
+/// Each is made when it is first needed.
+struct AllContexts {
+  std::optional<Lz4Context> lz4;
+  std::optional<ZstdStream> zstd;
+
+  Outcome run(Compression kind, std::span<const std::byte> input, std::size_t most, Bytes& out) {
+    switch (kind) {
+      case Compression::none:
+        break;
+      case Compression::lz4:
+        if (!lz4) lz4 = lz4_context();
+        return from_lz4(**lz4, input, most, out);
+      case Compression::bz2:
+        return from_bz2(input, most, out);
+      case Compression::zstd:
+        if (!zstd) zstd = zstd_stream();
+        return from_zstd(**zstd, input, most, out);
+    }
+    const auto part = input.first(std::min(input.size(), most));
+    out.assign(part.begin(), part.end());
+    return {part.size(), part.size() == input.size()};
+  }
+};
+
+}  // namespace
+
+struct Decompressor::Contexts : AllContexts {};
+
+Decompressor::Decompressor() : contexts_(std::make_unique<Contexts>()) {}
+Decompressor::~Decompressor() = default;
+
+bool Decompressor::run(Compression kind, std::span<const std::byte> input, std::size_t size, Bytes& out) {
+  const Outcome done = contexts_->run(kind, input, size, out);
   return done.ended && done.filled == size;
 }
 
 std::optional<Bytes> decompress(Compression kind, std::span<const std::byte> input, std::size_t size) {
   Bytes out;
-  if (!decompress(kind, input, size, out)) return std::nullopt;
+  if (!Decompressor().run(kind, input, size, out)) return std::nullopt;
   out.resize(size);
   return out;
 }
 
 Bytes decompress_part(Compression kind, std::span<const std::byte> input, std::size_t most) {
   Bytes out;
-  out.resize(run(kind, input, most, out).filled);
+  out.resize(AllContexts().run(kind, input, most, out).filled);
   return out;
 }
 
@@ -182,7 +208,7 @@ Bytes compress(Compression kind, std::span<const std::byte> input) {
 }
 
 bool decompress_zstd_file(const ByteSource& file, const std::function<bool(std::span<const std::byte>)>& put) {
-  const ZstdStream stream(ZSTD_createDStream(), &ZSTD_freeDStream);
+  const ZstdStream stream = zstd_stream();
   Bytes block(step_bytes), piece(step_bytes);
   std::size_t hint = 1;
   for (std::uint64_t at = 0; at < file.size(); at += block.size()) {

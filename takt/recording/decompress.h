@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,10 +22,20 @@ enum class Compression { none, lz4, bz2, zstd };
 /// a false claim of size costs nothing.
 [[nodiscard]] std::optional<std::vector<std::byte>> decompress(Compression kind, std::span<const std::byte> input,
                                                                std::size_t size);
-/// The same into a buffer that is used again and again: it only ever grows, and its first `size` bytes count. False
-/// where the input is broken.
-[[nodiscard]] bool decompress(Compression kind, std::span<const std::byte> input, std::size_t size,
-                              std::vector<std::byte>& out);
+/// The same again and again, without new memory: contexts are kept, and the buffer only ever grows.
+class Decompressor {
+ public:
+  Decompressor();
+  ~Decompressor();
+  /// The first `size` bytes of `out`; false where the input is broken.
+  [[nodiscard]] bool run(Compression kind, std::span<const std::byte> input, std::size_t size,
+                         std::vector<std::byte>& out);
+
+ private:
+  struct Contexts;
+  std::unique_ptr<Contexts> contexts_;
+};
+
 /// As far as it goes, and at most `most` bytes: of an input that is cut off or broken.
 [[nodiscard]] std::vector<std::byte> decompress_part(Compression kind, std::span<const std::byte> input,
                                                      std::size_t most);

@@ -7,6 +7,8 @@
 #include <filesystem>
 
 #include "takt/error.h"
+#include "takt/recording/table_restamp.h"
+#include "takt/streams/stream_name.h"
 
 namespace takt {
 
@@ -40,6 +42,32 @@ void copy_folder(const std::string& in, const std::string& out, const std::map<s
   if (handle < 0) return;
   ::syncfs(handle);
   ::close(handle);
+}
+
+WriteFile table_writer(const Restamping& order, RestampLog& log, const std::string& name) {
+  return [&order, &log, name](const std::string& in, const std::string& out) {
+    restamp_table(
+        in, out,
+        [](TableRows&) {
+          return TimeColumn{0, 0};
+        },
+        order.map,
+        [&](Stamp before, Stamp after) {
+          if (!name.empty()) log.saw(name, before, after);
+        });
+  };
+}
+
+std::map<std::string, WriteFile> tables_to_rewrite(const StreamFiles& files, const std::string& in,
+                                                   const Restamping& order, RestampLog& log) {
+  std::set<std::string> all;
+  std::map<std::string, WriteFile> rewrite;
+  for (const auto& [name, file] : files) {
+    all.insert(name);
+    if (name_matches(order.stream, name)) rewrite[file] = table_writer(order, log, name);
+  }
+  if (rewrite.empty()) no_such_stream(order.stream, all, in);
+  return rewrite;
 }
 
 }  // namespace takt

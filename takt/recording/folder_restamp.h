@@ -3,6 +3,9 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <vector>
+
+#include "takt/recording/restamp.h"
 
 namespace takt {
 
@@ -11,5 +14,15 @@ namespace takt {
 /// Throws takt::Error.
 using WriteFile = std::function<void(const std::string& in, const std::string& out)>;
 void copy_folder(const std::string& in, const std::string& out, const std::map<std::string, WriteFile>& rewrite);
+
+/// Restamps a table of a folder whose first column is ns, and says so in the log under the stream's name; without a
+/// name it only follows another table. What it refers to has to outlive it.
+[[nodiscard]] WriteFile table_writer(const Restamping& order, RestampLog& log, const std::string& name);
+
+/// The files of a folder that hold a stream's stamps, by the stream's name.
+using StreamFiles = std::vector<std::pair<std::string, std::string>>;
+/// Those that the order names. Throws takt::Error where there is none.
+[[nodiscard]] std::map<std::string, WriteFile> tables_to_rewrite(const StreamFiles& files, const std::string& in,
+                                                                 const Restamping& order, RestampLog& log);
 
 }  // namespace takt

@@ -205,10 +205,12 @@ GrayImage read_image(std::span<const std::byte> message, bool compressed) {
   const auto data = std::make_shared<const Bytes>(binary(at(json, "data")));
   if (compressed) return decode_picture(*data);
   const std::string encoding = text(json, "encoding");
-  return to_gray({whole(json, "width"), whole(json, "height"), whole(json, "step"), encoding, *data}, data);
+  return to_gray({whole(json, "width"), whole(json, "height"), whole(json, "step"), encoding, *data,
+                  whole(json, "is_bigendian") != 0},
+                 data);
 }
 
-std::optional<CameraModel> read_camera_info(std::span<const std::byte> message) {
+std::optional<CameraInfoModel> read_camera_info(std::span<const std::byte> message) {
   const Json json = parsed(message);
   CameraInfo info;
   info.width = whole(json, "width");

@@ -10,7 +10,7 @@ namespace takt::json_messages {
 [[nodiscard]] std::optional<ImageHead> read_image_head(std::span<const std::byte> message);
 /// `compressed` pictures are decoded by their own bytes, raw ones by their encoding.
 [[nodiscard]] GrayImage read_image(std::span<const std::byte> message, bool compressed);
-[[nodiscard]] std::optional<CameraModel> read_camera_info(std::span<const std::byte> message);
+[[nodiscard]] std::optional<CameraInfoModel> read_camera_info(std::span<const std::byte> message);
 
 [[nodiscard]] std::optional<Stamp> stamp(std::span<const std::byte> message);
 /// The message with another stamp: the digits of its two numbers are exchanged, all else stays byte for byte.

@@ -9,6 +9,7 @@
 
 #include "takt/error.h"
 #include "takt/recording/decimal.h"
+#include "takt/recording/third_radial.h"
 
 namespace takt {
 
@@ -38,33 +39,6 @@ bool has_size(const std::optional<std::vector<double>>& size, int width, int hei
   return size && (*size)[0] == width && (*size)[1] == height;
 }
 
-/// KITTI's lenses have a k3, takt's radtan has none: k1 and k2 that move points most alike within the picture, and the
-/// largest difference that is left (px).
-double fold_k3(CameraModel& m, double k3) {
-  if (k3 == 0) return 0;
-  const double x = std::max(m.cx, m.width - 1 - m.cx) / m.fx, y = std::max(m.cy, m.height - 1 - m.cy) / m.fy;
-  const double corner = std::hypot(x, y);
-  // Least squares of r³ d1 + r⁵ d2 = r⁷ k3, each r as often as it occurs in a circle: weight r.
-  constexpr int steps = 200;
-  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
-  Vec2 right = Vec2::Zero();
-  for (int i = 1; i <= steps; ++i) {
-    const double r = corner * i / steps;
-    const Vec2 row(std::pow(r, 3), std::pow(r, 5));
-    normal += r * row * row.transpose();
-    right += r * row * std::pow(r, 7) * k3;
-  }
-  const Vec2 moved = normal.fullPivLu().solve(right);
-  m.coeffs[0] += moved[0];
-  m.coeffs[1] += moved[1];
-  double worst = 0;
-  for (int i = 1; i <= steps; ++i) {
-    const double r = corner * i / steps;
-    worst = std::max(worst, std::abs(std::pow(r, 3) * moved[0] + std::pow(r, 5) * moved[1] - std::pow(r, 7) * k3));
-  }
-  return worst * std::max(m.fx, m.fy);
-}
-
 std::optional<KittiCamera> as_taken(const KittiFields& f, const std::string& number, int width, int height) {
   const auto k = f.numbers("K_" + number, 9);
   const auto d = f.numbers("D_" + number, 5);
@@ -74,7 +48,7 @@ std::optional<KittiCamera> as_taken(const KittiFields& f, const std::string& num
   out.model.distortion = Distortion::radtan;
   std::copy_n(d->begin(), 4, out.model.coeffs.begin());
   out.note = "pictures as they were taken: K and D are used";
-  if (const double rest = fold_k3(out.model, (*d)[4]); rest > 0)
+  if (const double rest = fold_third_radial(out.model, (*d)[4]); rest > 0)
     out.note += fmt::format(", with k3 put into k1 and k2 (at most {:.2g} px off in a corner)", rest);
   out.T_cam_cam0 = f.transform("R_" + number, "T_" + number);
   return out;

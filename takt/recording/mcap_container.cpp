@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/recording/mcap_container.h"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <array>
+#include <set>
 
 #include "takt/error.h"
 #include "takt/recording/mcap_records.h"
@@ -15,57 +14,162 @@ using namespace mcap;
 
 namespace {
 
-constexpr std::uint64_t most_ahead_bytes = 1U << 25;  // larger chunks are read one at a time
+using Kind = FileRecord::Kind;
 
-/// What one visit carries along.
-struct Visit {
-  const Wants& wants;
-  const std::function<void(const Message&)>& see;
-  Channels channels;
-  std::map<std::uint16_t, std::uint64_t> wanted;  // bytes by channel, once asked
+constexpr std::uint64_t footer_content = 20;
+constexpr std::uint64_t most_message_bytes = 1ULL << 30;
 
-  std::uint64_t bytes_of(std::uint16_t id, const Channel& channel) {
-    const auto [found, is_new] = wanted.try_emplace(id, 0);
-    if (is_new) found->second = wants(channel);
-    return found->second;
+std::optional<Record> read_footer(ByteWindow& file) {
+  const std::uint64_t tail = record_head + footer_content + magic.size();
+  if (file.size() < magic.size() + tail) return std::nullopt;
+  const auto footer = head_at(file, file.size() - tail);
+  const bool good = footer && footer->op == Op::footer && footer->size == footer_content;
+  return good ? footer : std::nullopt;
+}
+
+/// The place of a chunk, and which channels are in it. False where the record is broken.
+bool learn_chunk(std::span<const std::byte> content, FileIndex& index) {
+  ByteCursor in(content);
+  in.bytes(16);  // times
+  const std::uint64_t chunk_at = in.u64();
+  in.u64();  // length
+  ByteCursor places(in.bytes(in.u32()));
+  std::set<std::uint32_t> inside;
+  while (places.left() >= 10) {
+    inside.insert(places.u16());
+    places.u64();
+  }
+  if (in.good() && !inside.empty()) index.chunks[chunk_at].assign(inside.begin(), inside.end());
+  return in.good();
+}
+
+/// The inner lengths of a schema, a channel, a header or metadata add up to the outer one.
+bool lengths_agree(Op op, std::span<const std::byte> content) {
+  ByteCursor in(content);
+  int texts = op == Op::schema ? 3 : 2;  // metadata: a name and a map
+  if (op == Op::schema) in.u16();
+  if (op == Op::channel) in.u32(), texts = 3;  // the last is a map
+  for (int i = 0; i < texts; ++i) in.bytes(in.u32());
+  return in.good() && in.left() == 0;
+}
+
+class McapFormat : public RecordFormat {
+ public:
+  [[nodiscard]] std::uint64_t first_record() const override { return magic.size(); }
+  [[nodiscard]] bool has_end_record() const override { return true; }
+
+  [[nodiscard]] std::optional<FileRecord> record_at(ByteWindow& bytes, std::uint64_t at) const override {
+    FileRecord out;
+    out.at = at;
+    const auto record = head_at(bytes, at);
+    if (!record) {
+      out.end = bytes.size() + 1;  // not even its head is there
+      return out;
+    }
+    if (static_cast<int>(record->op) == 0) return std::nullopt;
+    out.end = record->end();
+    out.data_at = record->content_at();
+    switch (record->op) {
+      case Op::schema:
+      case Op::channel:
+        out.kind = Kind::channel;
+        [[fallthrough]];
+      case Op::header:
+      case Op::metadata:
+        out.certain =
+            record->size <= most_other_bytes && lengths_agree(record->op, bytes.at(record->content_at(), record->size));
+        break;
+      case Op::message:
+        out.kind = Kind::message;
+        read_message(bytes, *record, out);
+        break;
+      case Op::chunk:
+        out.kind = Kind::chunk;
+        read_chunk(bytes, *record, out);
+        break;
+      case Op::message_index:
+        out.kind = Kind::index;
+        read_message_index(bytes, *record, out);
+        break;
+      case Op::data_end:
+      case Op::footer:
+        out.kind = Kind::end;
+        out.certain = record->size == (record->op == Op::data_end ? 4 : footer_content);
+        break;
+      default:
+        if (record->op > Op::data_end) out.kind = Kind::unknown;
+        break;
+    }
+    return out;
+  }
+
+  [[nodiscard]] std::optional<std::uint64_t> candidate(ByteWindow& bytes, std::uint64_t from) const override {
+    constexpr std::uint64_t look = 1U << 16;
+    while (from + record_head <= bytes.size()) {
+      const auto block = bytes.at(from, std::min(look, bytes.size() - from));
+      if (block.empty()) return std::nullopt;
+      for (std::size_t i = 0; i + record_head <= block.size(); ++i) {
+        const auto zero = [&](std::size_t k) { return block[i + k] == std::byte{0}; };
+        const auto op = static_cast<unsigned>(block[i]);
+        if (op != 0 && op <= static_cast<unsigned>(Op::data_end) && zero(8) && zero(7) && zero(6)) return from + i;
+      }
+      from += block.size() - (record_head - 1);
+    }
+    return std::nullopt;
+  }
+
+  bool learn(ByteWindow& bytes, const FileRecord& record, KnownChannels& known) const override {
+    const auto head = head_at(bytes, record.at);
+    return head && head->size <= most_other_bytes &&
+           mcap::learn(head->op, bytes.at(head->content_at(), head->size), known);
+  }
+
+  [[nodiscard]] std::optional<FileIndex> read_index(const ByteSource& file) const override {
+    ByteWindow window(file, 0, file.size());
+    const auto footer = read_footer(window);
+    if (!footer) return std::nullopt;
+    const std::uint64_t start = ByteCursor(window.at(footer->content_at(), 8)).u64();
+    if (start < magic.size() || start >= footer->at) return std::nullopt;
+    FileIndex out;
+    for (std::uint64_t at = start; at < footer->at;) {
+      const auto record = head_at(window, at);
+      if (!record || record->end() > footer->at) return std::nullopt;
+      at = record->end();
+      if (record->op != Op::schema && record->op != Op::channel && record->op != Op::chunk_index) continue;
+      if (record->size > most_other_bytes) return std::nullopt;
+      const auto content = window.at(record->content_at(), record->size);
+      const bool good =
+          record->op == Op::chunk_index ? learn_chunk(content, out) : mcap::learn(record->op, content, out.known);
+      if (!good) return std::nullopt;
+    }
+    return out;
+  }
+
+ private:
+  static void read_chunk(ByteWindow& bytes, const Record& record, FileRecord& out) {
+    const auto head = chunk_head(bytes, record);
+    out.broken = !head || head->records.at + head->records.size != out.end;
+    if (!head) return;
+    out.records = head->records;
+    out.certain = !out.broken && head->start_time <= head->end_time;
+  }
+  static void read_message_index(ByteWindow& bytes, const Record& record, FileRecord& out) {
+    ByteCursor in(bytes.at(record.content_at(), 6));
+    out.channel = in.u16();
+    const std::uint32_t size = in.u32();
+    out.count = size / 16;
+    out.certain = in.good() && size % 16 == 0 && 6ULL + size == record.size;
+  }
+  static void read_message(ByteWindow& bytes, const Record& record, FileRecord& out) {
+    ByteCursor in(bytes.at(record.content_at(), message_head));
+    out.channel = in.u16();
+    in.u32();  // sequence
+    out.recorded = from_ns(static_cast<std::int64_t>(in.u64()));
+    out.broken = record.size < message_head || !in.good();
+    out.certain = !out.broken && record.size < most_message_bytes && to_ns(out.recorded) >= 0;
+    out.data_at = record.content_at() + message_head;
   }
 };
-
-/// A schema, a channel or a message; false where it is broken. `place` says where a message is.
-template <class Place>
-bool visit_record(ByteWindow& bytes, const Record& record, Visit& visit, Place place) {
-  if (record.op == Op::schema || record.op == Op::channel) {
-    if (record.size > most_other_bytes) return false;
-    const auto content = bytes.at(record.content_at(), record.size);
-    return record.op == Op::schema ? visit.channels.learn_schema(content) : visit.channels.learn_channel(content);
-  }
-  if (record.op != Op::message) return true;
-  if (record.size < message_head || record.size - message_head > UINT32_MAX) return false;
-  ByteCursor in(bytes.at(record.content_at(), message_head));
-  const std::uint16_t id = in.u16();
-  in.u32();  // sequence
-  const auto recorded = static_cast<std::int64_t>(in.u64());
-  const auto channel = visit.channels.all().find(id);
-  if (!in.good() || channel == visit.channels.all().end()) return false;
-  const std::uint64_t wanted = visit.bytes_of(id, channel->second);
-  if (wanted == 0) return true;
-  const std::uint64_t size = record.size - message_head;
-  const auto head = bytes.at(record.content_at() + message_head, std::min(wanted, size));
-  visit.see({channel->second, place(record.content_at() + message_head, static_cast<std::uint32_t>(size)),
-             from_ns(recorded), head});
-  return true;
-}
-
-/// All of a chunk, or false where it is broken; what stands before the break has been seen.
-template <class Place>
-bool visit_chunk(ByteWindow bytes, Visit& visit, Place place) {
-  for (std::uint64_t at = 0; at < bytes.size();) {
-    const auto record = record_at(bytes, at);
-    if (!record || record->end() > bytes.size() || !visit_record(bytes, *record, visit, place)) return false;
-    at = record->end();
-  }
-  return true;
-}
 
 }  // namespace
 
@@ -73,133 +177,17 @@ bool is_mcap(std::string_view head) {
   return head.starts_with(magic);
 }
 
+const RecordFormat& mcap_format() {
+  static const McapFormat format;
+  return format;
+}
+
 McapContainer::McapContainer(std::shared_ptr<const ByteSource> bytes, const std::string& where)
-    : bytes_(std::move(bytes)) {
+    : ChunkedFile(bytes, mcap_format()) {
   std::array<std::byte, magic.size()> head{};
-  const bool long_enough = bytes_->read(0, head);
+  const bool long_enough = bytes->read(0, head);
   if (!long_enough || !is_mcap({reinterpret_cast<const char*>(head.data()), head.size()}))
     throw Error("is no MCAP file", where, "check that the copy is complete");
-}
-
-std::vector<std::string> McapContainer::visit(const Wants& wants,
-                                              const std::function<void(const Message&)>& see) const {
-  std::vector<std::string> notes;
-  Visit visit{wants, see, {}, {}};
-  const std::optional<Summary> summary = read_summary(*bytes_);
-  if (summary) visit.channels = summary->channels;
-  const auto is_wanted = [&](std::uint64_t chunk) {
-    if (!summary || !summary->chunks.contains(chunk)) return true;
-    const auto& inside = summary->chunks.at(chunk);
-    return std::any_of(inside.begin(), inside.end(), [&](std::uint16_t id) {
-      const auto channel = visit.channels.all().find(id);
-      return channel == visit.channels.all().end() || visit.bytes_of(id, channel->second) > 0;
-    });
-  };
-
-  ByteWindow far(*bytes_, 0, bytes_->size());  // for the look ahead
-  const auto head_of = [&](ByteWindow& window, std::uint64_t at) {
-    const auto record = record_at(window, at);
-    return record ? chunk_head(*bytes_, *record) : std::nullopt;
-  };
-  const auto load = [&](std::uint64_t place, ChunkBuffer& into) {
-    ByteWindow here(*bytes_, place, bytes_->size());
-    auto record = record_at(here, 0);
-    if (!record) return false;
-    record->at = place;
-    const auto head = chunk_head(*bytes_, *record);
-    return head && load_chunk(*bytes_, *head, into);
-  };
-  const auto next_chunk = [&](std::uint64_t place) -> std::uint64_t {
-    constexpr int most_records = 4096;  // a look ahead, not a search
-    auto record = record_at(far, place);
-    for (int i = 0; record && record->end() < bytes_->size() && i < most_records; ++i) {
-      record = record_at(far, record->end());
-      if (!record || record->op == Op::data_end || record->op == Op::footer) return 0;
-      if (record->op != Op::chunk || record->end() > bytes_->size() || !is_wanted(record->at)) continue;
-      const auto head = head_of(far, record->at);
-      if (!head || head->compression.empty() || head->uncompressed_size > most_ahead_bytes) return 0;
-      return record->at;
-    }
-    return 0;
-  };
-  ChunkAhead chunks(load, next_chunk);
-
-  std::uint64_t broken = 0;
-  bool closed = false;
-  ByteWindow file(*bytes_, 0, bytes_->size());
-  for (std::uint64_t at = magic.size(); at < bytes_->size() && !closed;) {
-    const auto record = record_at(file, at);
-    const bool whole = record && record->end() <= bytes_->size();
-    const bool known = record && record->op >= Op::header && static_cast<int>(record->op) != 0;
-    if (!whole || !known) {
-      if (known && record->op == Op::chunk)
-        if (const auto head = chunk_head(*bytes_, *record)) {
-          const auto in_chunk = [at](std::uint64_t o, std::uint32_t size) { return MessagePlace{at, o, size}; };
-          visit_chunk(ByteWindow(part_of_chunk(*bytes_, *head)), visit, in_chunk);
-        }
-      notes.push_back(fmt::format("byte {}: {}; what was before it was read", at,
-                                  whole ? "the record is broken" : "the file is cut off in a record"));
-      break;
-    }
-    const auto in_file = [](std::uint64_t o, std::uint32_t size) { return MessagePlace{std::nullopt, o, size}; };
-    at = record->end();
-    closed = record->op == Op::data_end || record->op == Op::footer;
-    if (record->op != Op::chunk) {
-      if (!visit_record(file, *record, visit, in_file)) ++broken;
-      continue;
-    }
-    if (!is_wanted(record->at)) continue;
-    const auto head = chunk_head(*bytes_, *record);
-    bool good = false;
-    if (head && head->compression.empty()) {
-      const auto here = [&head](std::uint64_t o, std::uint32_t size) {
-        return MessagePlace{std::nullopt, head->records_at + o, size};
-      };
-      good = visit_chunk(ByteWindow(*bytes_, head->records_at, head->records_at + head->records_size), visit, here);
-    } else if (head) {
-      const auto in_chunk = [&record](std::uint64_t o, std::uint32_t size) {
-        return MessagePlace{record->at, o, size};
-      };
-      if (const ChunkBuffer* const chunk = chunks.at(record->at))
-        good = visit_chunk(ByteWindow(chunk->records()), visit, in_chunk);
-    }
-    if (!good) ++broken;
-  }
-  if (broken > 0)
-    notes.push_back(fmt::format("{} chunks or records are broken or fail their checksum and were passed over", broken));
-  if (!closed && notes.empty()) notes.emplace_back("the file was never closed: it has no end record");
-  return notes;
-}
-
-std::vector<Channel> McapContainer::channels() const {
-  std::vector<Channel> out;
-  if (const auto summary = read_summary(*bytes_); summary && !summary->channels.all().empty()) {
-    for (const auto& [id, channel] : summary->channels.all()) out.push_back(channel);
-    return out;
-  }
-  const auto none = [&](const Channel& c) {
-    out.push_back(c);
-    return std::uint64_t{0};
-  };
-  static_cast<void>(visit(none, [](const Message&) {}));
-  return out;
-}
-
-std::shared_ptr<const MessageFile::Bytes> McapContainer::chunk(std::uint64_t place) const {
-  ByteWindow file(*bytes_, 0, bytes_->size());
-  const auto record = record_at(file, place);
-  if (!record || record->op != Op::chunk) return nullptr;
-  const auto head = chunk_head(*bytes_, *record);
-  if (!head) return nullptr;
-  if (record->end() > bytes_->size()) return std::make_shared<const Bytes>(part_of_chunk(*bytes_, *head));
-  auto records = chunk_records(*bytes_, *head);
-  return records ? std::make_shared<const Bytes>(std::move(*records)) : nullptr;
-}
-
-std::shared_ptr<const MessageFile::Bytes> McapContainer::message(const MessagePlace& place) const {
-  if (place.offset > bytes_->size() || place.size > bytes_->size() - place.offset) return nullptr;
-  auto data = std::make_shared<Bytes>(place.size);
-  return bytes_->read(place.offset, *data) ? data : nullptr;
 }
 
 }  // namespace takt

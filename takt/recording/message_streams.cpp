@@ -193,9 +193,14 @@ class Collector {
     camera.stamps = topic.stamps;
     camera.arrivals = std::move(topic.arrivals);
     if (const auto found = models_.find(name_space(name)); found != models_.end()) {
-      camera.model = found->second;
-      if (!camera.model)
+      if (found->second)
+        camera.model = found->second->model;
+      else
         notes.push_back(name + ": its camera_info has no intrinsics or a model that takt does not have");
+      if (found->second && found->second->off_px > 0)
+        notes.push_back(
+            fmt::format("{}: k3 of its camera_info was put into k1 and k2 (at most {:.2g} px off in a corner)", name,
+                        found->second->off_px));
     }
     camera.timing.rows = camera.model ? camera.model->height : static_cast<int>(std::min(topic.rows, 65535U));
     for (const std::string& encoding : topic.unknown_encodings)
@@ -211,7 +216,7 @@ class Collector {
   std::vector<std::string> order_;  // of first appearance
   std::map<std::string, ImuTopic> imus_;
   std::map<std::string, CameraTopic> cameras_;
-  std::map<std::string, std::optional<CameraModel>> models_;  // by name space
+  std::map<std::string, std::optional<CameraInfoModel>> models_;  // by name space
   std::set<std::string> types_;
   std::size_t broken_ = 0;
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 #include <vector>
 
 namespace takt {
@@ -41,7 +42,43 @@ const Encoding* find_encoding(std::string_view name) {
   return found == encodings.end() ? nullptr : &*found;
 }
 
+/// "mono16" -> "mono8"; empty where the encoding has no values of two bytes.
+std::string of_one_byte(std::string_view name) {
+  if (!name.ends_with("16")) return {};
+  const std::string out = std::string(name.substr(0, name.size() - 2)) + "8";
+  return find_encoding(out) ? out : std::string{};
+}
+
 using Pixels = std::vector<std::uint8_t>;
+
+/// How far 8 bits have to be moved up to hold the value, in the steps that sensors have.
+int shift_for(std::uint16_t largest) {
+  int shift = 0;
+  while (largest >> shift > 255) shift += 2;
+  return shift;
+}
+
+GrayImage to_gray_from_two_bytes(const RawPicture& p, const std::string& encoding) {
+  const Encoding& e = *find_encoding(encoding);
+  const std::uint64_t values = std::uint64_t{p.width} * e.bytes;
+  if (p.height == 0 || p.stride < 2 * values || std::uint64_t{p.stride} * (p.height - 1) + 2 * values > p.pixels.size())
+    return {};
+  const auto value = [&](std::uint32_t y, std::uint64_t i) {
+    const std::byte* const at = p.pixels.data() + static_cast<std::size_t>(std::uint64_t{y} * p.stride + 2 * i);
+    const auto low = static_cast<unsigned>(at[p.big_endian ? 1 : 0]),
+               high = static_cast<unsigned>(at[p.big_endian ? 0 : 1]);
+    return static_cast<std::uint16_t>(high << 8 | low);
+  };
+  std::uint16_t largest = 0;
+  for (std::uint32_t y = 0; y < p.height; ++y)
+    for (std::uint64_t i = 0; i < values; ++i) largest = std::max(largest, value(y, i));
+  const int shift = shift_for(largest);
+  auto bytes = std::make_shared<std::vector<std::byte>>();
+  bytes->reserve(static_cast<std::size_t>(values) * p.height);
+  for (std::uint32_t y = 0; y < p.height; ++y)
+    for (std::uint64_t i = 0; i < values; ++i) bytes->push_back(static_cast<std::byte>(value(y, i) >> shift));
+  return to_gray({p.width, p.height, static_cast<std::uint32_t>(values), encoding, *bytes, false}, bytes);
+}
 
 void pick_bytes(const std::uint8_t* row, std::uint32_t width, const Encoding& e, std::uint8_t* out) {
   for (std::uint32_t x = 0; x < width; ++x, row += e.bytes) out[x] = row[e.r_g_b[0]];
@@ -68,10 +105,12 @@ void smooth_mosaic(const std::uint8_t* above, const std::uint8_t* row, const std
 }  // namespace
 
 bool is_known_encoding(std::string_view encoding) {
-  return find_encoding(encoding) != nullptr;
+  return find_encoding(encoding) != nullptr || !of_one_byte(encoding).empty();
 }
 
 GrayImage to_gray(const RawPicture& p, std::shared_ptr<const void> owner) {
+  if (const std::string encoding = of_one_byte(p.encoding); !encoding.empty())
+    return to_gray_from_two_bytes(p, encoding);
   const Encoding* const e = find_encoding(p.encoding);
   constexpr std::uint32_t most_side = 65535;
   if (!e || p.width == 0 || p.height == 0 || p.width > most_side || p.height > most_side) return {};

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "takt/recording/message_file.h"
 #include "takt/streams/frame_timing.h"
 #include "takt/time/instant.h"
 
@@ -43,18 +42,8 @@ class RestampLog {
   std::map<std::string, RestampedStream> streams_;
 };
 
-/// The topics that `stream` names. A camera's camera_info goes with its pictures, or the two would not match any more.
-/// Throws takt::Error at `where` where there is none, or one whose messages have no header to restamp.
-[[nodiscard]] std::set<std::string> topics_to_restamp(const std::vector<Channel>& channels, const std::string& stream,
-                                                      const std::string& where, std::vector<std::string>& notes);
-
-/// A message whose stamp has been exchanged: in place, or in `longer` where its length changes (JSON).
-struct RestampedMessage {
-  Stamp before, after;
-  std::optional<std::vector<std::byte>> longer;
-};
-/// Throws takt::Error where the new stamp does not fit into the message; nothing where the message is broken.
-[[nodiscard]] std::optional<RestampedMessage> restamp_message(MessageEncoding encoding, std::span<std::byte> message,
-                                                              const Restamping& order, const std::string& where);
+/// Throws takt::Error: nothing at `where` has that name.
+[[noreturn]] void no_such_stream(const std::string& stream, const std::set<std::string>& there,
+                                 const std::string& where);
 
 }  // namespace takt

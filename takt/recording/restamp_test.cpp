@@ -102,6 +102,19 @@ TEST(Restamp, ContainersKeepEveryOtherByte) {
   }
 }
 
+TEST(Restamp, CameraInfoGoesWithItsPictures) {
+  const TemporaryFolder folder;
+  const std::string in =
+      folder.file("run.bag", bag::bag(bag::chunk(bag::connection(1, "/cam/image_raw", "sensor_msgs/Image") +
+                                                 bag::connection(2, "/cam/camera_info", "sensor_msgs/CameraInfo") +
+                                                 bag::message(1, bag::image(17, 2, 2, "mono8", 2, "abcd")) +
+                                                 bag::message(2, bag::header(17, 5) + std::string(200, '\0')))));
+  const Restamped done = restamp_recording(in, in + ".out", moving("/cam/image_raw", shift));
+  ASSERT_EQ(done.streams.size(), 2u);
+  EXPECT_EQ(done.streams[0].earliest_after, done.streams[1].earliest_after);
+  EXPECT_EQ(done.notes, std::vector<std::string>{"/cam/camera_info goes with /cam/image_raw"});
+}
+
 TEST(Restamp, RehearsalWritesNothingAndSaysTheSame) {
   const TemporaryFolder folder;
   const std::string in = folder.file("run.bag", ros1_file("lz4"));

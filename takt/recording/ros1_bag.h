@@ -15,4 +15,9 @@ namespace takt {
 [[nodiscard]] Recording read_ros1_bag(const std::string& path, const OpenOptions& options);
 [[nodiscard]] Recording read_ros1_bag(std::shared_ptr<const ByteSource> bytes, const std::string& path);
 
+/// A streamed copy, one chunk in memory at a time. Chunks in which nothing changes, and all other records, are copied
+/// byte for byte; places in the index are corrected.
+[[nodiscard]] Restamped restamp_ros1_bag(const std::string& in, const std::string& out, const Restamping& order,
+                                         const OpenOptions& options);
+
 }  // namespace takt

@@ -62,6 +62,10 @@ TEST(Ros1Bag, ColoursBecomeGrey) {
   EXPECT_EQ(gray("bgr8", 3, std::string("\0\0\xff", 3)), 76);
   EXPECT_EQ(gray("bgra8", 4, std::string("\0\xff\0\0", 4)), 150);
   EXPECT_EQ(gray("yuv422", 2, "\x10\x63"), 0x63);
+  EXPECT_EQ(gray("mono16", 2, std::string("\x34\x00", 2)), 0x34);
+  EXPECT_EQ(gray("mono16", 2, "\xff\x0f"), 255);  // 12 bits
+  EXPECT_EQ(gray("mono16", 2, std::string("\x00\x80", 2)), 128);
+  EXPECT_EQ(gray("bgr16", 6, std::string("\x00\x00\x00\x00\x00\xff", 6)), 76);
   EXPECT_EQ(gray("hologram", 1, "\x10"), -1);
   EXPECT_EQ(gray("mono8", 0, "\x10"), -1);
 }
@@ -79,19 +83,36 @@ TEST(Ros1Bag, AMosaicOfOneColourIsFlat) {
     for (int x = 0; x < 6; ++x) EXPECT_EQ(gray.row(y)[x], 110) << x << ' ' << y;
 }
 
-TEST(Ros1Bag, CameraInfoGivesTheModelOfItsNameSpace) {
+Recording with_camera_info(double k3) {
   std::string info =
       header(1, 0) + raw(std::uint32_t{480}) + raw(std::uint32_t{640}) + sized("plumb_bob") + raw(std::uint32_t{5});
-  for (const double d : {-0.3, 0.1, 0.001, 0.002, 0.0}) info += raw(d);
+  for (const double d : {-0.3, 0.1, 0.001, 0.002, k3}) info += raw(d);
   for (const double k : {400.0, 0.0, 320.0, 0.0, 401.0, 240.0, 0.0, 0.0, 1.0}) info += raw(k);
-  const std::string bytes = bag(chunk(connection(1, "/a/image_raw", "sensor_msgs/Image") +
-                                      connection(2, "/a/camera_info", "sensor_msgs/CameraInfo") +
-                                      message(1, image(1, 1, 1, "mono8", 1, "x")) + message(2, info)));
-  const Recording r = read(bytes);
+  return read(bag(chunk(connection(1, "/a/image_raw", "sensor_msgs/Image") +
+                        connection(2, "/a/camera_info", "sensor_msgs/CameraInfo") +
+                        message(1, image(1, 1, 1, "mono8", 1, "x")) + message(2, info))));
+}
+
+TEST(Ros1Bag, CameraInfoGivesTheModelOfItsNameSpace) {
+  const Recording r = with_camera_info(0);
   ASSERT_TRUE(r.cameras[0].model);
   EXPECT_EQ(r.cameras[0].model->fy, 401);
   EXPECT_EQ(r.cameras[0].model->distortion, Distortion::radtan);
   EXPECT_EQ(r.cameras[0].timing.rows, 480);
+}
+
+TEST(Ros1Bag, AThirdRadialTermIsPutIntoTheFirstTwoAndSaid) {
+  const double k3 = -0.02;
+  const Recording r = with_camera_info(k3);
+  ASSERT_TRUE(r.cameras.at(0).model) << joined(r.notes);
+  EXPECT_NE(joined(r.notes).find("k3 of its camera_info was put into k1 and k2 (at most"), std::string::npos);
+  const auto& c = r.cameras[0].model->coeffs;
+  for (const double radius : {0.2, 0.4, 0.6, 0.8, 1.0}) {
+    const double r2 = radius * radius;
+    const double theirs = radius * (1 + r2 * (-0.3 + r2 * (0.1 + r2 * k3))),
+                 ours = radius * (1 + r2 * (c[0] + r2 * c[1]));
+    EXPECT_NEAR(400 * ours, 400 * theirs, 0.5) << radius;
+  }
 }
 
 TEST(Ros1Bag, ZeroFilledTailIsPassedOver) {
@@ -106,7 +127,7 @@ TEST(Ros1Bag, ZeroFilledTailIsPassedOver) {
 TEST(Ros1Bag, HugeClaimsCostNothing) {
   const std::string claims =
       record({"op=\x05", "compression=bz2", "size=" + raw(std::uint32_t{1} << 29)}, "no bzip2 here");
-  EXPECT_NE(complaint([&] { (void)read(bag(claims)); }).find("1 chunks are broken"), std::string::npos);
+  EXPECT_NE(complaint([&] { (void)read(bag(claims)); }).find("1 chunks or records are broken"), std::string::npos);
   const std::string long_header = bag(raw(std::uint32_t{0xfffffff0}));
   EXPECT_NE(complaint([&] { (void)read(long_header); }).find("broken"), std::string::npos);
 }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/recording/ros1_container.h"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <array>
 
@@ -16,51 +14,151 @@ using namespace ros1;
 
 namespace {
 
-constexpr std::uint32_t most_ahead_bytes = 1U << 25;  // larger chunks are read one at a time
+using Kind = FileRecord::Kind;
 
-/// What one visit carries along.
-struct Visit {
-  const Wants& wants;
-  const std::function<void(const Message&)>& see;
-  Connections connections;
-  std::map<std::uint32_t, std::uint64_t> wanted;  // bytes by connection, once asked
+/// The first byte from `at` on that is not zero, or the end. A record never starts with a zero byte, because its header
+/// has a length.
+std::uint64_t after_zeros(ByteWindow& bytes, std::uint64_t at) {
+  constexpr std::uint64_t look = 1U << 16;
+  while (at < bytes.size()) {
+    const auto block = bytes.at(at, std::min(look, bytes.size() - at));
+    const auto other = std::find_if(block.begin(), block.end(), [](std::byte b) { return b != std::byte{0}; });
+    if (other != block.end() || block.empty()) return at + static_cast<std::uint64_t>(other - block.begin());
+    at += block.size();
+  }
+  return at;
+}
 
-  std::uint64_t bytes_of(std::uint32_t connection, const Channel& channel) {
-    const auto [found, is_new] = wanted.try_emplace(connection, 0);
-    if (is_new) found->second = wants(channel);
-    return found->second;
+/// A chunk's info: where it is, and how many messages of which connections are in it.
+void learn_chunk(std::uint64_t place, std::span<const std::byte> data, FileIndex& index) {
+  auto& inside = index.chunks[place];
+  for (ByteCursor in(data); in.left() >= 8;) {
+    inside.push_back(in.u32());
+    in.u32();  // how many
+  }
+}
+
+class Ros1Format : public RecordFormat {
+ public:
+  [[nodiscard]] std::uint64_t first_record() const override { return magic.size(); }
+  [[nodiscard]] bool has_end_record() const override { return false; }
+
+  [[nodiscard]] std::optional<FileRecord> record_at(ByteWindow& bytes, std::uint64_t at) const override {
+    Record record;
+    FileRecord out;
+    out.at = at;
+    switch (head_at(bytes, at, record)) {
+      case Found::broken:
+        return std::nullopt;
+      case Found::cut_off:
+        out.end = bytes.size() + 1;
+        return out;
+      case Found::record:
+        break;
+    }
+    out.end = record.end();
+    out.data_at = record.data_at;
+    const Header& header = record.header;
+    if (record.header_bytes.empty() && record.data_size == 0) {
+      out.kind = Kind::zeros;
+      out.end = after_zeros(bytes, at);
+    } else {
+      read_fields(header, record, out);
+    }
+    return out;
+  }
+
+  [[nodiscard]] std::optional<std::uint64_t> candidate(ByteWindow& bytes, std::uint64_t from) const override {
+    // Every header has the field "op=" of four bytes; it stands among others, which are short.
+    static constexpr std::array pattern{std::byte{4},   std::byte{0},   std::byte{0},  std::byte{0},
+                                        std::byte{'o'}, std::byte{'p'}, std::byte{'='}};
+    constexpr std::uint64_t look = 1U << 16, most_before = 160;
+    for (std::uint64_t at = from; at + pattern.size() <= bytes.size();) {
+      const auto block = bytes.at(at, std::min(look, bytes.size() - at));
+      const auto found = std::search(block.begin(), block.end(), pattern.begin(), pattern.end());
+      const std::uint64_t field_at = at + static_cast<std::uint64_t>(found - block.begin());
+      if (found == block.end()) {
+        if (block.size() < pattern.size()) break;
+        at += block.size() - (pattern.size() - 1);
+        continue;
+      }
+      Record record;
+      for (std::uint64_t p = std::max(from, field_at - std::min(field_at, most_before)); p + 4 <= field_at; ++p)
+        if (head_at(bytes, p, record) == Found::record && record.header.op != Op::none) return p;
+      at = field_at + 1;
+    }
+    return std::nullopt;
+  }
+
+  bool learn(ByteWindow& bytes, const FileRecord& record, KnownChannels& known) const override {
+    Record head;
+    if (head_at(bytes, record.at, head) != Found::record) return false;
+    const auto all = bytes.at(record.at, record.end - record.at);  // its header again, together with its data
+    return !all.empty() && head_at(bytes, record.at, head) == Found::record &&
+           ros1::learn(head.header, all.subspan(record.data_at - record.at), known);
+  }
+
+  [[nodiscard]] std::optional<FileIndex> read_index(const ByteSource& file) const override {
+    ByteWindow window(file, 0, file.size());
+    Record record;
+    if (head_at(window, magic.size(), record) != Found::record || record.header.op != Op::bag) return std::nullopt;
+    std::uint64_t at = record.header.place.value_or(0);
+    if (at <= magic.size() || at >= file.size()) return std::nullopt;
+    FileIndex index;
+    while (at < file.size()) {
+      const auto found = record_at(window, at);
+      if (!found || found->end > file.size()) return std::nullopt;
+      if (found->kind == Kind::channel) {
+        if (!learn(window, *found, index.known)) return std::nullopt;
+      } else {
+        if (head_at(window, at, record) != Found::record || record.header.op != Op::chunk_info || !record.header.place)
+          return std::nullopt;
+        const std::uint64_t place = *record.header.place;
+        learn_chunk(place, window.at(record.data_at, record.data_size), index);
+      }
+      at = found->end;
+    }
+    return index;
+  }
+
+ private:
+  static void read_fields(const Header& header, const Record& record, FileRecord& out) {
+    const auto compression = compression_named(header.compression);
+    const bool has_connection = header.connection.has_value();
+    out.channel = header.connection.value_or(0);
+    switch (header.op) {
+      case Op::connection:
+        out.kind = Kind::channel;
+        out.certain = has_connection && !header.topic.empty();
+        break;
+      case Op::message:
+        out.kind = Kind::message;
+        out.recorded = header.time.value_or(Stamp{});
+        out.broken = !has_connection;
+        out.certain = has_connection && header.time;
+        break;
+      case Op::chunk:
+        out.kind = Kind::chunk;
+        out.broken =
+            !compression || !header.size || (compression == Compression::none && header.size != record.data_size);
+        out.records = {compression.value_or(Compression::none), record.data_at, record.data_size,
+                       header.size.value_or(0), 0};
+        out.certain = !out.broken;
+        break;
+      case Op::index:
+        out.kind = Kind::index;
+        out.count = record.data_size / 12;
+        out.certain = has_connection && record.data_size % 12 == 0;
+        break;
+      case Op::chunk_info:
+      case Op::bag:
+        out.certain = header.place.has_value();
+        break;
+      case Op::none:
+        break;
+    }
   }
 };
-
-/// The records of a chunk, or false where they are broken; those before the break have been seen.
-/// `place` says where a message is: in a chunk, or in the file where the chunk is not compressed.
-template <class Place>
-bool visit_records(ByteWindow records, Visit& visit, Place place) {
-  const auto number = [&](std::uint64_t at) { return ByteCursor(records.at(at, 4)); };
-  for (std::uint64_t at = 0; at < records.size();) {
-    Header header;
-    ByteCursor size = number(at);
-    const std::uint32_t header_size = size.u32();
-    if (!size.good() || !read_fields(records.at(at + 4, header_size), header)) return false;
-    const std::string topic(header.op == Op::connection ? header.topic : "");
-    header.topic = topic;
-    size = number(at + 4 + header_size);
-    const std::uint64_t data_at = at + 8 + header_size;
-    const std::uint32_t data_size = size.u32();
-    if (!size.good() || data_at + data_size > records.size()) return false;
-    at = data_at + data_size;
-    if (header.op == Op::connection && !learn_connection(header, records.at(data_at, data_size), visit.connections))
-      return false;
-    if (header.op != Op::message) continue;
-    const auto found = header.connection ? visit.connections.find(*header.connection) : visit.connections.end();
-    if (found == visit.connections.end()) return false;
-    const std::uint64_t wanted = visit.bytes_of(found->first, found->second);
-    if (wanted == 0) continue;
-    const auto head = records.at(data_at, std::min<std::uint64_t>(wanted, data_size));
-    visit.see({found->second, place(data_at, data_size), header.time.value_or(Stamp{}), head});
-  }
-  return true;
-}
 
 }  // namespace
 
@@ -68,136 +166,21 @@ bool is_ros1_bag(std::string_view head) {
   return head.starts_with(magic);
 }
 
+const RecordFormat& ros1_format() {
+  static const Ros1Format format;
+  return format;
+}
+
 Ros1Container::Ros1Container(std::shared_ptr<const ByteSource> bytes, const std::string& where)
-    : bytes_(std::move(bytes)) {
+    : ChunkedFile(bytes, ros1_format()) {
   std::array<std::byte, magic.size()> head{};
-  const bool long_enough = bytes_->read(0, head);
+  const bool long_enough = bytes->read(0, head);
   const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
   if (!long_enough || !is_ros1_bag(text)) {
     const bool older = text.starts_with("#ROSBAG") || text.starts_with("#ROSRECORD");
     throw Error(older ? "is a bag of another version than 2.0" : "is no ROS 1 bag", where,
                 older ? "convert it with `rosbag fix`" : "check that the copy is complete");
   }
-}
-
-std::vector<std::string> Ros1Container::visit(const Wants& wants,
-                                              const std::function<void(const Message&)>& see) const {
-  std::vector<std::string> notes;
-  Visit visit{wants, see, {}, {}};
-  const std::optional<Index> index = read_index(*bytes_);
-  if (index) visit.connections = index->connections;
-  const auto is_wanted = [&](std::uint64_t chunk) {
-    if (!index || !index->chunks.contains(chunk)) return true;
-    const auto& inside = index->chunks.at(chunk);
-    return std::any_of(inside.begin(), inside.end(), [&](std::uint32_t id) {
-      const auto channel = visit.connections.find(id);
-      return channel == visit.connections.end() || visit.bytes_of(id, channel->second) > 0;
-    });
-  };
-
-  const auto load = [&](std::uint64_t place, ChunkBuffer& into) {
-    Record chunk;
-    return read_record(*bytes_, place, chunk) == Found::record && load_chunk(*bytes_, chunk, into);
-  };
-  const auto next_chunk = [&](std::uint64_t place) -> std::uint64_t {
-    constexpr int most_records = 4096;  // a look ahead, not a search
-    Record r;
-    Found found = read_record(*bytes_, place, r);
-    for (int i = 0; found == Found::record && i < most_records; ++i) {
-      place = r.end();
-      found = read_record(*bytes_, place, r);
-      if (found != Found::record || r.header.op != Op::chunk || !is_wanted(place)) continue;
-      const bool fits = r.header.compression != "none" && r.header.size.value_or(0) <= most_ahead_bytes;
-      return fits ? place : 0;
-    }
-    return 0;
-  };
-  ChunkAhead chunks(load, next_chunk);
-
-  Record record;
-  std::uint64_t zeros = 0;  // crashed recorders leave zero-filled tails
-  std::uint64_t broken_chunks = 0;
-  for (std::uint64_t at = magic.size(); at < bytes_->size(); at = record.end()) {
-    const Found found = read_record(*bytes_, at, record);
-    if (found == Found::record && record.header_bytes.empty() && record.data_size == 0) {
-      const std::uint64_t next = after_zeros(*bytes_, at);
-      zeros += next - at;
-      record.data_at = next;
-      continue;
-    }
-    const auto in_chunk = [at](std::uint64_t offset, std::uint32_t size) { return MessagePlace{at, offset, size}; };
-    const auto in_file = [&](std::uint64_t offset, std::uint32_t size) {
-      return MessagePlace{std::nullopt, record.data_at + offset, size};
-    };
-    if (found != Found::record) {
-      if (found == Found::cut_off && record.header.op == Op::chunk) {
-        if (record.header.compression == "none")
-          visit_records(ByteWindow(*bytes_, record.data_at, bytes_->size()), visit, in_file);
-        else
-          visit_records(ByteWindow(read_part_of_chunk(*bytes_, record)), visit, in_chunk);
-      }
-      notes.push_back(
-          fmt::format("byte {}: {}; what was before it was read", at,
-                      found == Found::cut_off ? "the file is cut off in a record" : "the record is broken"));
-      break;
-    }
-    if (record.header.op == Op::connection) {
-      const auto data = read_data(*bytes_, record);
-      if (data) learn_connection(record.header, *data, visit.connections);
-    }
-    if (record.header.op == Op::chunk && is_wanted(at)) {
-      bool good = false;
-      if (record.header.compression == "none") {
-        good = record.header.size == record.data_size &&
-               visit_records(ByteWindow(*bytes_, record.data_at, record.end()), visit, in_file);
-      } else if (const ChunkBuffer* const chunk = chunks.at(at)) {
-        good = visit_records(ByteWindow(chunk->records()), visit, in_chunk);
-      }
-      if (!good) ++broken_chunks;
-    }
-    if (record.header.op == Op::message && record.header.connection) {
-      const auto known = visit.connections.find(*record.header.connection);
-      if (known == visit.connections.end()) continue;
-      const std::uint64_t wanted =
-          std::min<std::uint64_t>(visit.bytes_of(known->first, known->second), record.data_size);
-      Bytes head(static_cast<std::size_t>(wanted));
-      if (wanted > 0 && bytes_->read(record.data_at, head))
-        see({known->second, in_file(0, record.data_size), record.header.time.value_or(Stamp{}), head});
-    }
-  }
-  if (broken_chunks > 0) notes.push_back(fmt::format("{} chunks are broken and were passed over", broken_chunks));
-  if (zeros > 0) notes.push_back(fmt::format("{} zero bytes between records were passed over", zeros));
-  return notes;
-}
-
-std::vector<Channel> Ros1Container::channels() const {
-  std::vector<Channel> out;
-  if (const auto index = read_index(*bytes_)) {
-    for (const auto& [id, channel] : index->connections) out.push_back(channel);
-    return out;
-  }
-  const auto none = [&](const Channel& c) {
-    out.push_back(c);
-    return std::uint64_t{0};
-  };
-  static_cast<void>(visit(none, [](const Message&) {}));
-  return out;
-}
-
-std::shared_ptr<const MessageFile::Bytes> Ros1Container::chunk(std::uint64_t place) const {
-  Record record;
-  const Found found = read_record(*bytes_, place, record);
-  if (found == Found::broken || record.header.op != Op::chunk) return nullptr;
-  if (found == Found::cut_off) return std::make_shared<const Bytes>(read_part_of_chunk(*bytes_, record));
-  auto records = read_chunk(*bytes_, record);
-  if (!records) return nullptr;
-  return std::make_shared<const Bytes>(std::move(*records));
-}
-
-std::shared_ptr<const MessageFile::Bytes> Ros1Container::message(const MessagePlace& place) const {
-  if (place.offset > bytes_->size() || place.size > bytes_->size() - place.offset) return nullptr;
-  auto data = std::make_shared<Bytes>(place.size);
-  return bytes_->read(place.offset, *data) ? data : nullptr;
 }
 
 }  // namespace takt

@@ -24,7 +24,7 @@ RawPicture read_raw_picture(MessageReader& in) {
   p.height = in.u32();
   p.width = in.u32();
   p.encoding = in.text();
-  in.u8();  // byte order: of no meaning for 8-bit pixels
+  p.big_endian = in.u8() != 0;
   p.stride = in.u32();
   return p;
 }
@@ -96,7 +96,7 @@ GrayImage read_image(const Channel& channel, std::span<const std::byte> message,
   return in.good() ? to_gray(picture, std::move(owner)) : GrayImage{};
 }
 
-std::optional<CameraModel> read_camera_info(MessageEncoding encoding, std::span<const std::byte> message) {
+std::optional<CameraInfoModel> read_camera_info(MessageEncoding encoding, std::span<const std::byte> message) {
   if (encoding == MessageEncoding::json) return json_messages::read_camera_info(message);
   MessageReader in(encoding, message);
   in.header();

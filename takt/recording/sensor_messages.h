@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "takt/motion/rotation.h"
+#include "takt/recording/camera_info.h"
 #include "takt/recording/message_file.h"
-#include "takt/streams/camera_model.h"
 #include "takt/streams/image.h"
 
 /// The sensor_msgs that takt reads, whatever their encoding.
@@ -43,6 +43,7 @@ constexpr std::uint64_t image_head_bytes = 2048;
                                    std::shared_ptr<const void> owner);
 
 /// The intrinsics of a CameraInfo; nothing where it says that there are none, or has a model that takt has not.
-[[nodiscard]] std::optional<CameraModel> read_camera_info(MessageEncoding encoding, std::span<const std::byte> message);
+[[nodiscard]] std::optional<CameraInfoModel> read_camera_info(MessageEncoding encoding,
+                                                              std::span<const std::byte> message);
 
 }  // namespace takt

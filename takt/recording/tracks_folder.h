@@ -20,4 +20,8 @@ namespace takt {
 /// A rig without its data: cameras and the IMU's noise as `calib.yaml` (from memory) has them, every stream empty.
 [[nodiscard]] Recording read_rig(std::string_view calib_yaml, const std::string& where);
 
+/// The folder with other stamps in camN_tracks.csv or imuN.csv.
+[[nodiscard]] Restamped restamp_tracks_folder(const std::string& in, const std::string& out, const Restamping& order,
+                                              const OpenOptions& options);
+
 }  // namespace takt

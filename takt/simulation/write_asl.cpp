@@ -19,7 +19,7 @@ namespace {
 constexpr int batch_size = 8;
 
 std::string camera_yaml(const CameraStream& camera) {
-  std::string out = "%YAML:1.0\nsensor_type: camera\ncomment: simulated by takt\n";
+  std::string out = "%YAML:1.0\nsensor_type: camera\ncomment: written by takt\n";
   if (camera.T_body_cam) out += transform_yaml("T_BS", *camera.T_body_cam);
   if (camera.size() > 1)
     out += fmt::format("rate_hz: {:.6g}\n", static_cast<double>(camera.size() - 1) /
@@ -37,7 +37,7 @@ std::string camera_yaml(const CameraStream& camera) {
 }
 
 std::string imu_yaml(const ImuStream& imu) {
-  std::string out = "%YAML:1.0\nsensor_type: imu\ncomment: simulated by takt\n";
+  std::string out = "%YAML:1.0\nsensor_type: imu\ncomment: written by takt\n";
   if (imu.T_body_imu) out += transform_yaml("T_BS", *imu.T_body_imu);
   if (imu.size() > 1)
     out += fmt::format("rate_hz: {:.6g}\n",

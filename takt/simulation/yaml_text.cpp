@@ -37,9 +37,13 @@ std::string projection_name(Projection p) {
 
 void append_imu_rows(const ImuStream& imu, std::string& csv) {
   for (std::size_t i = 0; i < imu.size(); ++i) {
-    const Vec3 &w = imu.gyro_rad_s[i], &a = imu.accel_m_s2[i];
-    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{}\n", to_ns(imu.stamps[i]), w.x(), w.y(), w.z(), a.x(),
-                   a.y(), a.z());
+    const Vec3& w = imu.gyro_rad_s[i];
+    fmt::format_to(std::back_inserter(csv), "{},{},{},{}", to_ns(imu.stamps[i]), w.x(), w.y(), w.z());
+    if (!imu.accel_m_s2.empty()) {
+      const Vec3& a = imu.accel_m_s2[i];
+      fmt::format_to(std::back_inserter(csv), ",{},{},{}", a.x(), a.y(), a.z());
+    }
+    csv += '\n';
   }
 }
 

@@ -15,7 +15,7 @@ namespace takt {
 [[nodiscard]] std::string distortion_name(Distortion d, const std::string& radtan_name);
 /// Kalibr's name.
 [[nodiscard]] std::string projection_name(Projection p);
-/// t_ns,wx,wy,wz,ax,ay,az with the shortest digits that read back the same.
+/// t_ns,wx,wy,wz[,ax,ay,az] with the shortest digits that read back the same.
 void append_imu_rows(const ImuStream& imu, std::string& csv);
 
 }  // namespace takt

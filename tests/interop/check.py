@@ -62,6 +62,31 @@ def answer(path, *more):
     return json.loads(done.stdout)
 
 
+def convert(files, of_asl, out):
+    """takt convert: what it writes is read by others with the same counts and stamps, and aligns to the same bit."""
+    source = out / "cdr_zstd.mcap"
+    written = [out / "converted.mcap", out / "converted.bag"]
+    for f in written:
+        run(takt, "convert", source, "-o", f, "-q")
+    run(takt, "convert", source, "-o", out / "converted_asl", "-q")
+    seen = json.loads(run("node", "payloads.mjs", source, *written, cwd=work))
+    for f in written:
+        for topic, theirs in ((camera, "/cam0/image_raw"), (imu, imu), ("/cam0/camera_info", "/cam0/camera_info")):
+            for key in ("count", "first_ns", "last_ns"):
+                check(seen[str(f)][theirs][key] == seen[str(source)][topic][key], f"{f.name}: {theirs}: another {key}")
+    bag = run("/usr/bin/python3", "-c", "import rosbag, sys\n"
+              "for topic, m, t in rosbag.Bag(sys.argv[1]).read_messages():\n"
+              "    if topic == '/imu0': print(m.header.stamp, m.angular_velocity.z, m.linear_acceleration.x)", written[1])
+    rows = [r.split(",") for r in (pathlib.Path(asl) / "mav0/imu0/data.csv").read_text().splitlines() if r[0] != "#"]
+    theirs = [line.split() for line in bag.splitlines()]
+    check([(r[0], float(r[3]), float(r[4])) for r in rows] == [(t, float(w), float(a)) for t, w, a in theirs],
+          "converted.bag: rosbag reads other rates or accelerations")
+    for f in (*written, out / "converted_asl"):
+        found = answer(f)
+        check((found["offset_ns"], found["sigma_s"]) == (of_asl["offset_ns"], of_asl["sigma_s"]),
+              f"{f.name}: align says {found['offset_ns']} ns, before converting {of_asl['offset_ns']} ns")
+
+
 def main():
     prepare()
     out = work / "recordings"
@@ -107,6 +132,7 @@ def main():
         check(abs(then["offset_ns"] + x_ns - found["offset_ns"]) <= 1000,
               f"{f.name}: after apply of {x_ns} ns align moved by {then['offset_ns'] - found['offset_ns']} ns")
         print(f"{f.name:18} align {found['offset_ns']} ns ± {found['sigma_s']:.3g} s; after apply of {x_ns}: {then['offset_ns']} ns")
+    convert(files, of_asl, out)
     print(f"{len(files)} files, {len(failures)} failures")
     sys.exit(1 if failures else 0)
 

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/recording/write_messages.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "takt/recording/message_writer.h"
+#include "takt/recording/sensor_messages.h"
+
+namespace takt {
+
+namespace {
+
+/// A stream that gives its messages one after the other.
+class Source {
+ public:
+  virtual ~Source() = default;
+  /// When the next message was recorded; nothing at the end.
+  [[nodiscard]] virtual std::optional<Stamp> next_time() = 0;
+  virtual void write_next(MessageSink& sink) = 0;
+};
+
+Stamp recorded(const std::vector<Stamp>& arrivals, const std::vector<Stamp>& stamps, std::size_t i) {
+  return std::max(Stamp{}, arrivals.empty() ? stamps[i] : arrivals[i]);
+}
+
+class ImuSource : public Source {
+ public:
+  ImuSource(const ImuStream& imu, std::uint32_t channel) : imu_(imu), channel_(channel) {}
+  std::optional<Stamp> next_time() override {
+    if (i_ == imu_.size()) return std::nullopt;
+    return recorded(imu_.arrivals, imu_.stamps, i_);
+  }
+  void write_next(MessageSink& sink) override {
+    const Vec3* const accel = imu_.accel_m_s2.empty() ? nullptr : &imu_.accel_m_s2[i_];
+    sink.write(channel_, *next_time(), imu_message(sink.encoding(), imu_.stamps[i_], imu_.gyro_rad_s[i_], accel));
+    ++i_;
+  }
+
+ private:
+  const ImuStream& imu_;
+  std::uint32_t channel_;
+  std::size_t i_ = 0;
+};
+
+class CameraSource : public Source {
+ public:
+  CameraSource(const CameraStream& camera, std::uint32_t channel, bool info, WrittenStream& count)
+      : camera_(camera), channel_(channel), info_(info), written_(count), frames_(camera.open()) {
+    frame_ = frames_->next();
+  }
+  std::optional<Stamp> next_time() override {
+    if (!frame_) return std::nullopt;
+    return recorded(camera_.arrivals, camera_.stamps, frame_->index);
+  }
+  void write_next(MessageSink& sink) override {
+    const Stamp time = *next_time();
+    sink.write(channel_, time, image_message(sink.encoding(), frame_->stamp, frame_->image));
+    if (info_) sink.write(channel_ + 1, time, camera_info_message(sink.encoding(), frame_->stamp, *camera_.model));
+    ++written_.count;
+    frame_ = frames_->next();
+  }
+
+ private:
+  const CameraStream& camera_;
+  std::uint32_t channel_;
+  bool info_;
+  WrittenStream& written_;
+  std::unique_ptr<FrameReader> frames_;
+  std::optional<Frame> frame_;
+};
+
+std::string camera_topic(const std::string& name) {
+  return (name.starts_with('/') ? name_space(name) : "/" + name) + "/image_raw";
+}
+std::string imu_topic(const std::string& name) {
+  return name.starts_with('/') ? name : "/" + name;
+}
+
+}  // namespace
+
+Written write_messages(const Recording& recording, MessageSink& sink) {
+  Written out;
+  out.streams.reserve(recording.imus.size() + recording.cameras.size());
+  std::vector<std::unique_ptr<Source>> sources;
+  std::uint32_t channel = 1;
+  for (const ImuStream& imu : recording.imus) {
+    out.streams.push_back({imu.name, imu_topic(imu.name), imu.size()});
+    sink.add_channel(out.streams.back().written, "sensor_msgs/Imu");
+    sources.push_back(std::make_unique<ImuSource>(imu, channel++));
+  }
+  for (const CameraStream& camera : recording.cameras) {
+    if (!camera.open) {
+      out.notes.push_back(camera.name + " has no pictures and is left out");
+      continue;
+    }
+    const bool info = camera.model && has_camera_info(*camera.model);
+    if (camera.model && !info) out.notes.push_back(camera.name + ": a camera_info has no place for its lens");
+    out.streams.push_back({camera.name, camera_topic(camera.name), 0});
+    sink.add_channel(out.streams.back().written, "sensor_msgs/Image");
+    if (info) sink.add_channel(name_space(out.streams.back().written) + "/camera_info", "sensor_msgs/CameraInfo");
+    sources.push_back(std::make_unique<CameraSource>(camera, channel, info, out.streams.back()));
+    channel += info ? 2 : 1;
+  }
+  while (true) {
+    Source* first = nullptr;
+    for (const auto& source : sources)
+      if (source->next_time() && (!first || *source->next_time() < *first->next_time())) first = source.get();
+    if (!first) break;
+    first->write_next(sink);
+  }
+  sink.finish();
+  for (std::size_t i = 0, s = recording.imus.size(); i < recording.cameras.size(); ++i) {
+    if (!recording.cameras[i].open) continue;
+    const std::size_t lost = recording.cameras[i].size() - out.streams[s++].count;
+    if (lost > 0)
+      out.notes.push_back(fmt::format("{}: {} pictures could not be decoded", recording.cameras[i].name, lost));
+  }
+  out.notes.emplace_back(
+      "pictures are written as takt sees them, in grey; mountings, noise, exposures and what a stamp "
+      "means have no place in these messages");
+  return out;
+}
+
+}  // namespace takt
