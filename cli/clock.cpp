@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// takt clock IN | --pps FILE [--nmea FILE] [--ubx FILE] | --pairs FILE: a device's clock against UTC or a host.
+// takt clock IN | --pps FILE [--nmea FILE] [--ubx FILE] | --pairs FILE: a device's clock against UTC or a host;
+// --frames FILE: a camera's frames against their strobes; --shared-trigger A B: two sensors that share a trigger.
 #include "takt/workflows/clock.h"
 
 #include <fmt/core.h>
@@ -25,8 +26,12 @@ int run_clock(const Line& line, const Common& common) {
   ClockJob job = line.job;
   for (const std::string& file : {line.nmea, line.ubx})
     if (!file.empty()) job.labels.push_back(file);
-  if (job.input.empty() && job.pps.empty() && job.pairs.empty() && job.labels.empty()) {
-    fmt::print(stderr, "takt clock: give a folder or file, or --pps FILE with --nmea or --ubx FILE, or --pairs FILE\n");
+  if (job.input.empty() && job.pps.empty() && job.pairs.empty() && job.labels.empty() && job.frames.empty() &&
+      job.shared_trigger.empty()) {
+    fmt::print(
+        stderr,
+        "takt clock: give a folder or file, or --pps FILE with --nmea or --ubx FILE, or --pairs FILE, or --frames "
+        "FILE with a capture or --strobes FILE, or --shared-trigger A B\n");
     return 2;
   }
   job.pulses.method = job.exchanges.method = line.method;
@@ -54,7 +59,8 @@ void add_clock(CLI::App& app, Common& common, Action& action) {
       *app.add_subcommand("clock", "relate a counter to GNSS pulses and labels, or a device's clock to a host's");
   const auto line = std::make_shared<Line>();
   verb.add_option("IN", line->job.input,
-                  "a folder of takt simulate clock, a table of pulses or exchanges, or a receiver's log");
+                  "a folder of takt simulate clock, a capture of the gateware, a table of pulses or exchanges, or a "
+                  "receiver's log");
   verb.add_option("--pps", line->job.pps, "captured pulses: ticks or t_ns [,edge] [,sequence] [,utc_s]")
       ->type_name("FILE");
   verb.add_option("--nmea", line->nmea, "receiver's sentences; arrivals before each line or by --arrivals")
@@ -64,6 +70,15 @@ void add_clock(CLI::App& app, Common& common, Action& action) {
       ->type_name("FILE");
   verb.add_option("--pairs", line->job.pairs, "exchanges: device,arrival or request,device,response")
       ->type_name("FILE");
+  verb.add_option("--frames", line->job.frames,
+                  "a camera's frames, t_ns[,exposure_s]: against the middles of their strobes")
+      ->type_name("FILE");
+  verb.add_option("--strobes", line->job.strobes, "start,end of each strobe (default: those of the capture IN)")
+      ->type_name("FILE");
+  verb.add_option("--camera", line->job.camera, "whose strobes of the capture: cam0, cam1, ...");
+  verb.add_option("--shared-trigger", line->job.shared_trigger, "device,arrival of two sensors that share a trigger")
+      ->type_name("FILE FILE")
+      ->expected(2);
   verb.add_option("--method", line->method, "kalman, hull, or auto")
       ->check(CLI::IsMember({"auto", "kalman", "hull"}))
       ->default_str("auto");
@@ -78,7 +93,7 @@ void add_clock(CLI::App& app, Common& common, Action& action) {
   verb.get_option("--reference")->check(CLI::IsMember({"utc", "gps"}));
   verb.get_option("--qerr")->check(CLI::IsMember({"auto", "on", "off"}));
   add_options(verb, line->job.exchanges);
-  verb.add_flag("--stream", line->streamed, "print one JSON line a pulse instead of the result");
+  verb.add_flag("--stream", line->streamed, "print one JSON line a pulse or frame instead of the result");
   add_common(verb, common);
   add_result_output(verb, common);
   verb.callback([line, &common, &action] { action = [line, &common] { return run_clock(*line, common); }; });

@@ -62,6 +62,11 @@ void add_listen(CLI::App& app, Common& common, Action& action) {
   verb.add_option("--counter-bits", job->counter_bits, "width of a text device's counter")
       ->check(CLI::Range(8, 64))
       ->capture_default_str();
+  verb.add_option("--pulse-error", job->pulse_error_s,
+                  "no pulse is further off than so many seconds: makes hard bounds")
+      ->check(CLI::PositiveNumber);
+  verb.add_option("-o,--mcap", job->mcap, "all events into an MCAP file too: a topic each, JSON, times on UTC")
+      ->type_name("FILE");
   add_common(verb, common);
   verb.callback([job, &common, &action] { action = [job, &common] { return run_listen(*job, common); }; });
 }

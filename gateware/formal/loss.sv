@@ -8,26 +8,12 @@ module loss (
   input  logic       full_i,
   output logic       bad_o
 );
-  localparam int Slots = 4;
-  localparam int LowBits = takt_pkg::LowBits;
-  logic [8:0] count;
-  logic [Slots-1:0] valid, overrun, take, unused;
-  logic [Slots*LowBits-1:0] lows;
-  logic drop, write, over, detail;
-  logic [8:0] stamp;
-  logic [15:0] number;
-  takt_counter #(.Width(9)) counter (.clk_i, .rst_ni, .count_o(count));
-  generate
-    for (genvar i = 0; i < Slots; i++) begin : gen_slot
-      takt_slot #(.Width(1)) slot (
-        .clk_i, .rst_ni, .event_i(event_i[i]), .detail_i(1'b0), .low_i(count[LowBits-1:0]), .take_i(take[i]), .drop_i(drop),
-        .valid_o(valid[i]), .overrun_o(overrun[i]), .low_o(lows[i*LowBits+:LowBits]), .detail_o(unused[i])
-      );
-    end
-  endgenerate
-  takt_scanner #(.Slots(Slots), .StampW(9), .DetailW(1)) dut (
-    .clk_i, .rst_ni, .count_i(count), .valid_i(valid), .overrun_i(overrun), .low_i(lows), .detail_i(unused), .take_o(take),
-    .drop_o(drop), .full_i, .write_o(write), .stamp_o(stamp), .sequence_o(number), .overrun_o(over), .detail_o(detail)
+  logic [8:0] count, stamp;
+  logic [3:0] valid, take;
+  logic write, over;
+  scanned_slots #(.Slots(4), .StampW(9)) dut (
+    .clk_i, .rst_ni, .event_i, .full_i, .count_o(count), .valid_o(valid), .take_o(take), .write_o(write), .stamp_o(stamp),
+    .overrun_o(over)
   );
 
   // What slot 1 should say, from its events and what left the scanner alone.

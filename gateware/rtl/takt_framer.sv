@@ -25,14 +25,16 @@ module takt_framer (
   assign exchange = record_i.kind == takt_pkg::Exchange;
   assign sent     = byte_valid_o & byte_ready_i;
 
-  // Byte n of a frame, 2 ≤ n < 18, stands at place n mod 16, so that the place needs no arithmetic.
+  // Byte n of a frame, 2 ≤ n < 18, stands at place n mod 16, so that the place needs no arithmetic. It is chosen in two
+  // clocks, out of each four and then out of the four that are left: sixteen to one is too slow for the UP5K.
   logic [127:0] bits, places;
+  logic [31:0] fours_q;
   logic [7:0] chosen;
   assign bits   = {record_i.payload[31:24], exchange ? delay_i : record_i.payload[23:0], record_i.stamp,
                    record_i.sequence_number, record_i.flags, record_i.channel, record_i.version, record_i.kind};
   assign places = {bits[111:0], bits[127:112]};
   always_comb begin
-    chosen = places[{index_q[3:0], 3'b000}+:8];
+    chosen = fours_q[{index_q[3:2], 3'b000}+:8];
     if (index_q == 5'd0) chosen = takt_pkg::FrameSync0;
     if (index_q == 5'd1) chosen = takt_pkg::FrameSync1;
     if (index_q == 5'd18) chosen = crc_q[15:8];
@@ -40,6 +42,7 @@ module takt_framer (
   end
 
   always_ff @(posedge clk_i) begin
+    for (int i = 0; i < 4; i++) fours_q[8*i+:8] <= places[{2'(i), index_q[1:0], 3'b000}+:8];
     byte_q <= chosen;
     pop_q  <= 1'b0;
     if (!rst_ni) begin

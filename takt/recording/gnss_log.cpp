@@ -226,9 +226,10 @@ std::optional<std::int64_t> GnssDecoder::arrival_at(std::size_t place) const {
 }
 
 void GnssDecoder::count(std::string_view name, LabelStream& out) {
+  // Places hold for the stream that they were found in; the caller may hand over another one each time.
   auto found = index_.find(name);
-  if (found == index_.end()) {
-    found = index_.emplace(std::string(name), out.counts.size()).first;
+  if (found == index_.end() || found->second >= out.counts.size() || out.counts[found->second].message != name) {
+    found = index_.insert_or_assign(std::string(name), out.counts.size()).first;
     out.counts.push_back({std::string(name), 0});
   }
   ++out.counts[found->second].count;

@@ -227,5 +227,19 @@ TEST(GnssLog, TheTimingReceiversMessagesAgreeWithEachOther) {
   EXPECT_NEAR(most, 10.09e-9, 0.01e-9);
 }
 
+/// A live decoder's caller takes what is new each time into a stream of its own.
+TEST(GnssDecoder, EveryPieceMayHaveItsOwnStream) {
+  GnssDecoder decoder;
+  const std::string gga = "$GPGGA,000000.00,,,,,0,,,,,,,,*48\r\n";
+  for (int i = 0; i < 50; ++i) {
+    LabelStream piece;
+    decoder.feed(gga, 48'000'000LL * i, piece);
+    std::size_t n = piece.broken;
+    for (const LabelStream::Count& c : piece.counts) n += c.count;
+    EXPECT_LE(n, 2U);
+    EXPECT_LE(piece.counts.size(), 1U);
+  }
+}
+
 }  // namespace
 }  // namespace takt

@@ -98,6 +98,9 @@ void check(const ClockParameters& p) {
     if (!(share >= 0 && share < 1)) throw std::invalid_argument("lost, false_edges and byte_loss are shares below 1");
   if (!(p.fix_fraction_s >= 0 && p.fix_fraction_s < 1))
     throw std::invalid_argument("fix_fraction_s must lie within one second");
+  if (!(p.cameras >= 0 && p.cameras <= 4 && p.camera_rate_hz > 0 && p.camera_rate_hz <= 1000 && p.frames_lost >= 0 &&
+        p.frames_lost < 1))
+    throw std::invalid_argument("cameras must be 0 to 4, camera_rate_hz 0 to 1000, frames_lost a share below 1");
   if (!(p.exchange_rate_hz >= 0 && p.exchange_least_s >= 0 && p.exchange_mean_s >= 0))
     throw std::invalid_argument("exchanges cannot have negative rates or delays");
 }
@@ -187,6 +190,50 @@ void exchange(const ClockParameters& p, const Device& device, std::int64_t host_
   }
 }
 
+/// Cameras with automatic exposure, triggered at once; each takes its own time to begin, and has its own clock.
+void film(const ClockParameters& p, const Device& device, const Scale& scale, std::int64_t host_start_ns,
+          std::uint64_t seed, ClockRecording& out) {
+  const auto count = static_cast<std::size_t>(p.duration_s * p.camera_rate_hz);
+  for (int c = 0; c < p.cameras; ++c) {
+    Random random(seed, fmt::format("camera {}", c));
+    TriggeredCamera& camera = out.cameras.emplace_back();
+    camera.strobes.name = fmt::format("cam{}", c);
+    camera.triggers.name = fmt::format("trigger{}", c);
+    camera.strobes.counter = camera.triggers.counter = out.pulses.counter;
+    const double delay = 20e-6 + 15e-6 * c, usual = 0.004 + 0.003 * c, ppm = random.uniform(-40, 40);
+    const std::int64_t zero_ns = 5'000'000'000 + 1'000'000'000LL * c;
+    double slow = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double t = (static_cast<double>(i) + 0.5) / p.camera_rate_hz;
+      slow = 0.95 * slow + 0.05 * random.normal();
+      const double exposure = usual * (1 + 0.6 * std::tanh(slow) + 0.02 * random.normal());
+      const double start = t + delay, end = start + exposure;
+      const double read = 20e-6 * random.normal(), late = 0.003 - 0.002 * std::log1p(-random.uniform());
+      const bool lost = random.chance(p.frames_lost);
+      if (within(t, p.unplug_at_s, p.unplug_for_s)) continue;
+      const auto number = static_cast<std::uint32_t>(i + 1);
+      camera.triggers.pulses.push_back({.ticks = device.ticks(t), .edge = Edge::rising, .sequence = number - 1});
+      camera.strobes.strobes.push_back({device.ticks(start), device.ticks(end), number});
+      if (lost) continue;
+      const double middle = 0.5 * (start + end);
+      camera.frames.push_back({zero_ns + std::llround((middle + read) * (1 + 1e-6 * ppm) * 1e9),
+                               host_start_ns + std::llround((end + late) * 1e9), exposure, number});
+    }
+    Estimate& truth = camera.truth;
+    truth.method = "truth";
+    truth.sensor = camera.strobes.name;
+    truth.reference = "utc";
+    truth.verdict = Verdict::trusted;
+    truth.sigma_s = 0;
+    const double half = 0.5 * p.duration_s;
+    truth.epoch = from_ns(zero_ns + std::llround(half * (1 + 1e-6 * ppm) * 1e9));
+    truth.offset = Duration(scale.utc_ns(static_cast<std::int64_t>(half)) +
+                            std::llround((half - std::floor(half)) * 1e9) - to_ns(truth.epoch));
+    truth.drift = 1 / (1 + 1e-6 * ppm) - 1;
+    truth.drift_sigma = 0;
+  }
+}
+
 /// reference = device + offset, in pieces of a second (longer ones in long runs).
 Estimate truth_of(const ClockParameters& p, const Device& device, const Scale& scale, bool restarts) {
   Estimate truth;
@@ -241,12 +288,15 @@ ClockRecording simulate_clock(const ClockParameters& p, std::uint64_t seed) {
   talk(p, device, errors, scale, seed, out);
   const std::int64_t host_start_ns = scale.utc_ns(0) + 7'000'000'000'000;  // the host's clock is nobody's time
   exchange(p, device, host_start_ns, seed, out);
+  film(p, device, scale, host_start_ns, seed, out);
   out.truth = truth_of(p, device, scale, p.restart_at_s >= 0);
   Estimate host = truth_of(p, device, {scale.first_gps_s, scale.before, scale.before, -1}, false);
   host.reference = "host";
   for (OffsetPiece& piece : host.pieces) piece.offset += Duration(7'000'000'000'000);
   host.offset = *host.offset + Duration(7'000'000'000'000);
   out.truth.estimates = {host};
+  if (p.leap == 0)
+    for (const TriggeredCamera& camera : out.cameras) out.truth.estimates.push_back(camera.truth);
   return out;
 }
 

@@ -41,6 +41,8 @@ struct ClockParameters {
   double host_stall_at_s = -1, host_stall_for_s = 0;
   double fifo_at_s = -1, fifo_for_s = 0;
   double unplug_at_s = -1, unplug_for_s = 0;
+  int cameras = 2;
+  double camera_rate_hz = 20, frames_lost = 0.02;
 };
 
 template <class Visitor>
@@ -88,7 +90,24 @@ void describe(ClockParameters& p, Visitor& v) {
   v("fifo_for_s", p.fifo_for_s, "for so long");
   v("unplug_at_s", p.unplug_at_s, "the device is unplugged: nothing is recorded");
   v("unplug_for_s", p.unplug_for_s, "for so long");
+  v("cameras", p.cameras, "triggered together, each with its own exposure; 0 to 4");
+  v("camera_rate_hz", p.camera_rate_hz, "of the triggers");
+  v("frames_lost", p.frames_lost, "share of frames that never reach the host");
 }
+
+/// A camera as the host has its frames, with the strobes that the counter captured.
+struct TriggeredCamera {
+  struct Frame {
+    std::int64_t stamp_ns = 0;  ///< the camera's own clock
+    std::int64_t arrival_ns = 0;
+    double exposure_s = 0;
+    std::uint32_t number = 0;  ///< of its strobe: the truth
+  };
+  std::vector<Frame> frames;
+  StrobeStream strobes;
+  PulseStream triggers;
+  Estimate truth;  ///< frame stamps against UTC, where UTC does not leap
+};
 
 /// What stands in the folder, and what is true.
 struct ClockRecording {
@@ -98,8 +117,13 @@ struct ClockRecording {
   PairStream pairs;                         ///< device against host, two-way
   Estimate truth;                           ///< counter against UTC; with the pairs' truth in `estimates`
   std::vector<std::int64_t> true_utc_ns;    ///< of each captured edge
+  std::vector<TriggeredCamera> cameras;
 };
 /// Throws std::invalid_argument for what no rig can have.
 [[nodiscard]] ClockRecording simulate_clock(const ClockParameters& parameters, std::uint64_t seed);
+
+/// The same recording as the gateware would send it (docs/formats/wire.md): heartbeats, pulses, the receiver's NMEA,
+/// triggers, exposures. Empty where the gateware has no such counter.
+[[nodiscard]] std::string as_gateware_capture(const ClockRecording& recording, const ClockParameters& parameters);
 
 }  // namespace takt

@@ -3,12 +3,15 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "takt/error.h"
+#include "takt/estimators/clock/matched_stamps.h"
 #include "takt/recording/gateware.h"
 #include "takt/recording/gnss_log.h"
 #include "takt/time/time_scales.h"
+#include "takt/workflows/clock_events.h"
 
 namespace takt {
 
@@ -75,21 +78,9 @@ std::vector<LabelStream> read_labels(const ClockJob& job, std::vector<std::strin
   return logs;
 }
 
-/// The gateware's own recording: pulses, the receiver's bytes with the count at which each burst began, exchanges.
-struct BoardLog {
-  PulseStream pulses;
-  std::vector<LabelStream> logs;
-  PairStream exchanges;
-  std::vector<std::string> notes;
-};
-BoardLog read_board(const std::string& path) {
-  GatewareCapture capture = read_gateware_capture(path);
-  BoardLog out;
-  for (PulseStream& stream : capture.pulses)
-    if (stream.name == "pps") out.pulses = std::move(stream);
-  if (out.pulses.pulses.empty())
-    throw Error("holds no pulses of a receiver", path, "is its 1PPS connected and enabled?");
-  LabelStream& log = out.logs.emplace_back();
+/// What the receiver's bytes in a capture say, each burst with the count at which it began.
+LabelStream labels_in(const GatewareCapture& capture) {
+  LabelStream log;
   GnssDecoder decoder;
   for (std::size_t k = 0; k < capture.bursts.size(); ++k) {
     const std::size_t from = capture.bursts[k].first;
@@ -97,10 +88,14 @@ BoardLog read_board(const std::string& path) {
     decoder.feed(std::string_view(capture.gnss_text).substr(from, to - from), capture.bursts[k].ticks, log);
   }
   decoder.finish(log);
-  if (capture.gnss_text.empty()) out.logs.clear();
-  out.exchanges = std::move(capture.exchanges);
-  out.notes = std::move(capture.notes);
-  return out;
+  return log;
+}
+
+template <class Stream>
+const Stream* named(const std::vector<Stream>& all, const std::string& name) {
+  for (const Stream& s : all)
+    if (s.name == name) return &s;
+  return nullptr;
 }
 
 void add_counts(const LabelStream& labels, Estimate& e) {
@@ -130,23 +125,85 @@ Estimate labels_alone(const LabelStream& labels, const std::string& path) {
   return e;
 }
 
+/// The strobes of the camera that is asked for, or of the only one.
+const StrobeStream& strobes_of(const GatewareCapture& capture, const ClockJob& job) {
+  std::string names;
+  for (const StrobeStream& s : capture.strobes) names += (names.empty() ? "" : ", ") + s.name;
+  if (capture.strobes.empty())
+    throw Error("holds no strobes of a camera", job.input, "is a strobe connected and enabled?");
+  if (job.camera.empty() && capture.strobes.size() > 1)
+    throw Error(fmt::format("holds strobes of {}", names), job.input, "choose one by --camera");
+  const StrobeStream* found = job.camera.empty() ? &capture.strobes.front() : named(capture.strobes, job.camera);
+  if (!found)
+    throw Error(fmt::format("has no camera {}; there are {}", job.camera, names), job.input, "choose one of these");
+  return *found;
+}
+
+/// Where cameras are triggered by the board: how far the middles of their exposures are apart, and what to do about it.
+void add_exposure_sync(const GatewareCapture& capture, Estimate& e) {
+  std::vector<StrobeStream> strobes;
+  std::vector<PulseStream> triggers;
+  for (const StrobeStream& s : capture.strobes)
+    if (const PulseStream* t = named(capture.pulses, "trigger" + s.name.substr(3)))
+      strobes.push_back(s), triggers.push_back(*t);
+  const ExposureSync sync = exposure_sync(strobes, triggers);
+  for (const ExposureSync::Camera& c : sync.cameras) {
+    const auto n = static_cast<double>(c.frames);
+    e.extras.push_back({c.name + "_exposure_s", c.exposure_s, {}});
+    e.extras.push_back({c.name + "_trigger_delay_s", c.delay_s, {}});
+    if (sync.cameras.size() < 2) continue;
+    e.extras.push_back({c.name + "_middle_s", c.middle_s, c.middle_scatter_s / std::sqrt(n)});
+    e.extras.push_back({c.name + "_advance_s", c.advance_s, {}});
+  }
+  if (sync.cameras.size() > 1)
+    e.notes.push_back(fmt::format(
+        "{}: _middle_s is how far the middles of the exposures lie behind those of {}; triggering _advance_s "
+        "later than now (earlier where negative) brings the middles of usual exposures together",
+        sync.cameras.size(), sync.cameras.front().name));
+}
+
+void add_exchanges(const PairStream& exchanges, const PairOptions& options, Estimate& e) {
+  if (exchanges.size() < 4) return;
+  Estimate found = relate_pairs(exchanges, options);
+  found.evidence = {};
+  found.pieces.clear();
+  found.estimates.clear();
+  found.method = "pairs";
+  e.estimates.push_back(std::move(found));
+}
+
 ClockOutcome relate_board(const ClockJob& job) {
   ClockOutcome out;
-  BoardLog board = read_board(job.input);
-  out.files = {job.input};
-  PpsResult found = discipline(board.pulses, board.logs, job.pulses);
-  out.estimate = std::move(found.estimate);
-  out.stamps = std::move(found.stamps);
-  out.estimate.notes.insert(out.estimate.notes.begin(), board.notes.begin(), board.notes.end());
-  if (board.exchanges.size() >= 4) {
-    Estimate exchanges = relate_pairs(board.exchanges, job.exchanges);
-    exchanges.evidence = {};
-    exchanges.pieces.clear();
-    exchanges.estimates.clear();
-    exchanges.method = "pairs";
-    out.estimate.estimates.push_back(std::move(exchanges));
+  const GatewareCapture capture = read_gateware_capture(job.input);
+  const PulseStream* pps = named(capture.pulses, "pps");
+  std::vector<LabelStream> logs;
+  if (!capture.gnss_text.empty()) logs.push_back(labels_in(capture));
+  if (!pps && job.frames.empty())
+    throw Error("holds no pulses of a receiver", job.input, "is its 1PPS connected and enabled?");
+  PpsResult found;
+  if (pps) found = discipline(*pps, logs, job.pulses);
+  if (!job.frames.empty()) {
+    const bool known = found.estimate.answered() && found.estimate.reference != "pps";
+    const ClockMap<> map = known ? found.estimate.clock_map() : ClockMap<>(ClockPiece<SensorClock>{});
+    const BoardToReference to_utc = [&map](std::int64_t board_ns) {
+      const auto t = as<SensorClock>(from_ns(board_ns));
+      return DisciplinedStamp{board_ns + map.offset_at(t).count(), map.sigma_s(t), {}, {}, ClockState::locked};
+    };
+    out = relate_frames(job.frames, strobes_of(capture, job), job.csv, known ? found.estimate.reference : "board",
+                        known ? to_utc : BoardToReference{});
+    if (pps && !known)
+      out.estimate.notes.push_back("the board's own clock is the reference: its pulses name no second");
+    if (known && found.estimate.verdict == Verdict::weak)
+      for (const std::string& why : found.estimate.reasons) out.estimate.doubt(Verdict::weak, "board: " + why);
+  } else {
+    out.estimate = std::move(found.estimate);
+    out.stamps = std::move(found.stamps);
   }
-  for (const LabelStream& log : board.logs) add_counts(log, out.estimate);
+  out.files.insert(out.files.begin(), job.input);
+  out.estimate.notes.insert(out.estimate.notes.begin(), capture.notes.begin(), capture.notes.end());
+  add_exposure_sync(capture, out.estimate);
+  add_exchanges(capture.exchanges, job.exchanges, out.estimate);
+  for (const LabelStream& log : logs) add_counts(log, out.estimate);
   return out;
 }
 
@@ -160,17 +217,23 @@ std::string stamp_json(std::int64_t device_ns, const DisciplinedStamp& s) {
 }
 
 ClockOutcome relate_clocks(const ClockJob& asked) {
+  if (!asked.shared_trigger.empty()) return relate_triggered(asked);
+  if (!asked.frames.empty() && !asked.strobes.empty()) {
+    ClockOutcome out = relate_frames(asked.frames, read_strobes_csv(asked.strobes, asked.csv), asked.csv, "board", {});
+    out.files.push_back(asked.strobes);
+    return out;
+  }
   if (!asked.input.empty() && fs::is_regular_file(asked.input) && looks_like_gateware(asked.input))
     return relate_board(asked);
+  if (!asked.frames.empty())
+    throw Error("frames alone", asked.frames, "give a capture of the gateware, or --strobes FILE");
   const ClockJob job = with_input(asked);
   ClockOutcome out;
   const std::vector<LabelStream> logs = read_labels(job, out.files);
-  std::optional<Estimate> exchanges;
+  std::optional<PairStream> pairs;
   if (!job.pairs.empty()) {
-    const PairStream pairs = read_pairs_csv(job.pairs, job.csv);
+    pairs = read_pairs_csv(job.pairs, job.csv);
     out.files.push_back(job.pairs);
-    exchanges = relate_pairs(pairs, job.exchanges);
-    exchanges->notes.insert(exchanges->notes.begin(), pairs.notes.begin(), pairs.notes.end());
   }
   if (!job.pps.empty()) {
     const PulseStream pulses = read_pulses_csv(job.pps, job.csv);
@@ -178,16 +241,11 @@ ClockOutcome relate_clocks(const ClockJob& asked) {
     PpsResult found = discipline(pulses, logs, job.pulses);
     out.estimate = std::move(found.estimate);
     out.stamps = std::move(found.stamps);
-    if (exchanges) {
-      // The pulses are the better clock; the exchanges stand beside.
-      exchanges->evidence = {};
-      exchanges->pieces.clear();
-      exchanges->estimates.clear();
-      exchanges->method = "pairs";
-      out.estimate.estimates.push_back(*exchanges);
-    }
-  } else if (exchanges) {
-    out.estimate = *exchanges;
+    // The pulses are the better clock; the exchanges stand beside.
+    if (pairs) add_exchanges(*pairs, job.exchanges, out.estimate);
+  } else if (pairs) {
+    out.estimate = relate_pairs(*pairs, job.exchanges);
+    out.estimate.notes.insert(out.estimate.notes.begin(), pairs->notes.begin(), pairs->notes.end());
   } else if (!job.labels.empty()) {
     out.estimate = labels_alone(logs.front(), job.labels.front());
   } else {

@@ -15,6 +15,7 @@
 #include "takt/recording/gateware.h"
 #include "takt/recording/gnss_log.h"
 #include "takt/recording/live_bytes.h"
+#include "takt/workflows/event_file.h"
 
 namespace takt {
 
@@ -32,6 +33,10 @@ class Listener {
   explicit Listener(const ListenJob& job) : job_(job) {
     if (job.format != "auto") status_.format = job.format;
     if (status_.format == "text") start_text();
+    if (!job.mcap.empty()) mcap_.emplace(job.mcap);
+  }
+  void finish() {
+    if (mcap_) mcap_->finish();
   }
 
   void feed(std::string_view bytes) {
@@ -76,7 +81,7 @@ class Listener {
 
   void start_text() {
     if (!job_.tick_hz) throw Error("the counter's rate is not known", job_.source, "give --tick-hz");
-    clock_.emplace(DeviceCounter{"device", *job_.tick_hz, job_.counter_bits});
+    clock_.emplace(DeviceCounter{"device", *job_.tick_hz, job_.counter_bits}, LabelOptions{}, job_.pulse_error_s);
   }
 
   void find_format() {
@@ -150,11 +155,16 @@ class Listener {
     const bool known = s && s->state != ClockState::ambiguous;
     const auto device_ns = static_cast<std::int64_t>(
         std::llroundl(static_cast<long double>(ticks) * (1e9L / static_cast<long double>(tick_hz()))));
-    emit(fmt::format(
+    const std::string json = fmt::format(
         R"({{"event":"{}","ticks":{},"t_ns":{},"reference_ns":{},"sigma_s":{},"lower_ns":{},"upper_ns":{},"state":"{}"{}}})",
         clean, ticks, device_ns, known ? std::to_string(s->reference_ns) : "null",
         s ? fmt::format("{:.4g}", s->sigma_s) : "null", bound(s ? s->lower_ns : std::nullopt),
-        bound(s ? s->upper_ns : std::nullopt), to_string(s ? s->state : ClockState::ambiguous), more));
+        bound(s ? s->upper_ns : std::nullopt), to_string(s ? s->state : ClockState::ambiguous), more);
+    emit(json);
+    if (!mcap_) return;
+    // What is not on UTC stands apart, on the device's clock.
+    const std::int64_t at_ns = std::max<std::int64_t>(0, known ? s->reference_ns : device_ns);
+    mcap_->write((known ? "/takt/" : "/takt/device_time/") + clean, static_cast<std::uint64_t>(at_ns), json);
   }
 
   [[nodiscard]] double tick_hz() const {
@@ -164,7 +174,8 @@ class Listener {
 
   void gateware_event(const GatewareEvent& e) {
     status_.lost += e.lost;
-    if (!clock_ && (job_.tick_hz || decoder_.device().clock_hz)) clock_.emplace(DeviceCounter{"board", tick_hz(), 64});
+    if (!clock_ && (job_.tick_hz || decoder_.device().clock_hz))
+      clock_.emplace(DeviceCounter{"board", tick_hz(), 64}, LabelOptions{}, job_.pulse_error_s);
     const std::string channel = std::to_string(e.frame.channel);
     switch (e.frame.kind) {
       case wire::Kind::pulse:
@@ -209,6 +220,7 @@ class Listener {
   GatewareDecoder decoder_;
   GnssDecoder gnss_;
   std::optional<std::int64_t> burst_;
+  std::optional<EventFile> mcap_;
   std::map<int, std::pair<std::uint32_t, std::int64_t>> begun_;
 };
 
@@ -237,6 +249,7 @@ ListenStatus listen(const ListenJob& job) {
         break;
       case LiveBytes::Status::ended:
         listener.end_of_source();
+        listener.finish();
         return listener.status();
     }
     if (job.on_status && Clock::now() - shown > std::chrono::milliseconds(250)) {
@@ -244,6 +257,7 @@ ListenStatus listen(const ListenJob& job) {
       job.on_status(listener.status());
     }
   }
+  listener.finish();
   return listener.status();
 }
 

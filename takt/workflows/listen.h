@@ -24,6 +24,8 @@ struct ListenJob {
   std::string format = "auto";                           ///< gateware, text, or auto
   std::optional<double> tick_hz;                         ///< of text; gateware says its own
   int counter_bits = 64;                                 ///< of text
+  std::optional<double> pulse_error_s;                   ///< no pulse is further off than this: makes hard bounds
+  std::string mcap;                                      ///< file of all events; may be empty
   std::function<void(const std::string& json)> on_line;  ///< one object, without line end
   std::function<void(const ListenStatus&)> on_status;    ///< a few times a second
   std::function<bool()> stop;                            ///< asked between reads

@@ -112,7 +112,8 @@ Estimate write_pendulum(const SimulationRequest& request) {
   return truth;
 }
 
-/// pps.csv, gnss.nmea and gnss.ubx with their arrivals, pairs.csv: what `takt clock DIR` reads.
+/// pps.csv, gnss.nmea and gnss.ubx with their arrivals, pairs.csv: what `takt clock DIR` reads. Beside them the same as
+/// the gateware sends it, and each camera's frames as the host has them.
 Estimate write_clock(const SimulationRequest& request) {
   const auto p = parameters_for<ClockParameters>(request, "oscillator");
   ClockRecording made = simulate_clock(p, request.seed);
@@ -129,6 +130,13 @@ Estimate write_clock(const SimulationRequest& request) {
   folder.write("gnss.ubx", made.ubx);
   folder.write("gnss.ubx.arrivals.csv", made.ubx_arrivals);
   if (made.pairs.size() > 0) folder.write("pairs.csv", pairs);
+  if (const std::string bytes = as_gateware_capture(made, p); !bytes.empty()) folder.write("capture.takt", bytes);
+  for (const TriggeredCamera& camera : made.cameras) {
+    std::string frames = "t_ns,exposure_s,arrival_ns\n";
+    for (const TriggeredCamera::Frame& f : camera.frames)
+      frames += fmt::format("{},{:.7f},{}\n", f.stamp_ns, f.exposure_s, f.arrival_ns);
+    folder.write(camera.strobes.name + "_frames.csv", frames);
+  }
   folder.write("truth.json", truth_json(made.truth, "clock", parameters(p)));
   folder.finish();
   return made.truth;

@@ -88,7 +88,9 @@ ClockPrediction ClockFilter::at(double t_s) const {
   const State z = f * z_;
   Covariance p = f * p_ * f.transpose();
   if (dt > 0) p += process(noise_, dt);
-  return {z(0), z(1), z(2), std::sqrt(std::max(0.0, p(0, 0))), std::sqrt(std::max(0.0, p(1, 1))), p(0, 1)};
+  return {
+      z(0),   z(1), z(2), std::sqrt(std::max(0.0, p(0, 0)) + noise_.unresolved_s2), std::sqrt(std::max(0.0, p(1, 1))),
+      p(0, 1)};
 }
 
 void ClockFilter::loosen(double phase_sigma_s, double frequency_sigma) {
@@ -171,7 +173,12 @@ SmoothedClock smooth(std::span<const PhaseSample> samples, const ClockNoise& noi
       zs = z[i] + gain * (zs - z_before[i + 1]);
       ps = p[i] + gain * (ps - p_before[i + 1]) * gain.transpose();
     }
-    out.at[i] = {zs(0), zs(1), zs(2), std::sqrt(std::max(0.0, ps(0, 0))), std::sqrt(std::max(0.0, ps(1, 1))), ps(0, 1)};
+    out.at[i] = {zs(0),
+                 zs(1),
+                 zs(2),
+                 std::sqrt(std::max(0.0, ps(0, 0)) + noise.unresolved_s2),
+                 std::sqrt(std::max(0.0, ps(1, 1))),
+                 ps(0, 1)};
   }
   return out;
 }

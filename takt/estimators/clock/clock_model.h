@@ -25,6 +25,8 @@ struct ClockNoise {
   double walk_drift = 0;           ///< q3, 1/s³
   double wander_s2 = 0;            ///< variance of the pulses' own wander, s²; 0: none
   double wander_time_s = 300;      ///< its correlation time
+  /// Variance of a wander that the data neither show nor rule out, by its odds: it blurs what is said of the phase.
+  double unresolved_s2 = 0;
 };
 
 struct ClockPrediction {

@@ -138,22 +138,34 @@ ClockNoise fit_noise(std::span<const PhaseSample> samples, double quantum_s, std
   best = least(best, 1.5, all.size() > part.size() ? 120 : 80, cost_on(all), plain_cost);
   // Do the pulses wander by themselves? Two unknowns more must earn it.
   constexpr double earned = 2;
+  const double without_cost = plain_cost;
+  double unresolved_s2 = 0;
   if (all.size() >= 256) {
-    for (const double time_s : {30.0, 300.0}) {
-      Point with = best;
+    const Point plain = best;
+    for (const double time_s : {30.0, 300.0, 1000.0}) {
+      // A wander that lasts a third of the recording is a rate.
+      const double longest_s = (all.back().t_s - all.front().t_s) / 3;
+      if (time_s > longest_s) continue;
+      Point with = plain;
       with[1] += 2 * little;
       with[2] += little;
       with.push_back(std::log(white));
       with.push_back(std::log(time_s));
       double cost = 0;
       const Point found = least(with, 1.5, 220, cost_on(all), cost);
+      const ClockNoise other = noise_of(found, least_white_s2);
+      if (other.wander_time_s < longest_s)
+        unresolved_s2 =
+            std::max(unresolved_s2, other.wander_s2 / (1 + std::exp(std::min(cost + earned - without_cost, 50.0))));
       if (cost < plain_cost - earned) {
         plain_cost = cost + earned;  // from here on it competes with its like
         best = found;
       }
     }
   }
-  return noise_of(best, least_white_s2);
+  ClockNoise out = noise_of(best, least_white_s2);
+  if (out.wander_s2 == 0) out.unresolved_s2 = unresolved_s2;
+  return out;
 }
 
 }  // namespace takt

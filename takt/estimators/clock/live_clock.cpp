@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "takt/estimators/clock/bound_hull.h"
 #include "takt/time/time_scales.h"
 
 namespace takt {
@@ -15,12 +16,15 @@ constexpr std::size_t kept_seconds = 128;  // over which labels must agree
 constexpr std::size_t enough_to_start = 8;
 constexpr double silent_s = 2.5;  // without a pulse the clock is in holdover
 constexpr double least_gate_s = 5e-6;
+constexpr std::size_t bounding_pulses = 8;
+constexpr double most_drift_per_s = 2e-8;  // of a bare crystal's rate
 
 }  // namespace
 
-LiveClock::LiveClock(const DeviceCounter& counter, const LabelOptions& labels)
+LiveClock::LiveClock(const DeviceCounter& counter, const LabelOptions& labels, std::optional<double> pulse_error_s)
     : counter_(counter),
       options_(labels),
+      pulse_error_s_(pulse_error_s),
       extender_(counter.bits, counter.tick_hz),
       label_extender_(counter.bits, counter.tick_hz) {}
 
@@ -186,7 +190,41 @@ std::optional<DisciplinedStamp> LiveClock::stamp(std::int64_t raw) const {
       (*gps_minus_count_ + static_cast<std::int64_t>(whole)) * 1'000'000'000 + std::llround((t - whole) * 1e9);
   out.reference_ns = scale_.utc_ns(gps_ns);
   out.state = t - static_cast<double>(last_second_) > silent_s ? ClockState::holdover : state_;
+  if (pulse_error_s_) add_bounds(at.ticks, t, out);
   return out;
+}
+
+/// All lines through the last pulses' bounds, loosened by how far a clock whose rate moves can be from one.
+void LiveClock::add_bounds(std::int64_t ticks, double t_s, DisciplinedStamp& out) const {
+  if (recent_.size() < 2) return;
+  const std::size_t first = recent_.size() - std::min(bounding_pulses, recent_.size());
+  const auto ns_since = [&](std::int64_t at) {
+    return static_cast<std::int64_t>(std::llroundl(static_cast<long double>(at - recent_[first].ticks) * 1e9L /
+                                                   static_cast<long double>(counter_.tick_hz)));
+  };
+  const double half_tick_ns = 0.5e9 / counter_.tick_hz;
+  const auto error_ns = static_cast<std::int64_t>(std::ceil(1e9 * *pulse_error_s_ + half_tick_ns)) + 1;
+  BoundHull lower(BoundHull::Side::lower_bounds), upper(BoundHull::Side::upper_bounds);
+  for (std::size_t i = first; i < recent_.size(); ++i) {
+    const std::int64_t s = ns_since(recent_[i].ticks);
+    const std::int64_t offset = (recent_[i].second - recent_[first].second) * 1'000'000'000 - s;
+    upper.add({s, offset + error_ns});
+    lower.add({s, offset - error_ns});
+  }
+  const double length = static_cast<double>(recent_.back().second - recent_[first].second);
+  const double ahead = std::max(
+      {t_s - static_cast<double>(recent_.back().second), static_cast<double>(recent_[first].second) - t_s, 0.0});
+  const double straight = 1e9 * most_drift_per_s * length * length / 8;
+  const double beyond = 1e9 * most_drift_per_s * ahead * 0.5 * (length + ahead);
+  const std::int64_t s = ns_since(ticks);
+  const auto b = bounds_at(lower, upper, s, straight);
+  if (!b) return;
+  // From seconds since the first bounding pulse to the answer's scale, by the answer itself.
+  const auto here_ns = static_cast<long double>(t_s - static_cast<double>(recent_[first].second)) * 1e9L;
+  const long double add = static_cast<long double>(s) - here_ns;
+  out.lower_ns =
+      out.reference_ns + static_cast<std::int64_t>(std::floor(b->lower_ns + add - beyond - half_tick_ns)) - 1;
+  out.upper_ns = out.reference_ns + static_cast<std::int64_t>(std::ceil(b->upper_ns + add + beyond + half_tick_ns)) + 1;
 }
 
 double LiveClock::rate_ppm() const {

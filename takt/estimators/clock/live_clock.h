@@ -15,7 +15,10 @@ namespace takt {
 /// from the past alone. Memory is bounded.
 class LiveClock {
  public:
-  explicit LiveClock(const DeviceCounter& counter, const LabelOptions& labels = {});
+  /// `pulse_error_s`: no pulse is further off than this; makes hard bounds, for any crystal whose rate moves by less
+  /// than 2·10⁻⁸ a second.
+  explicit LiveClock(const DeviceCounter& counter, const LabelOptions& labels = {},
+                     std::optional<double> pulse_error_s = {});
 
   /// One captured edge. True where it belongs to the train of pulses.
   bool observe_pulse(std::int64_t ticks);
@@ -38,9 +41,11 @@ class LiveClock {
   void accept(std::int64_t second, std::int64_t ticks);
   void judge_labels();
   [[nodiscard]] double elapsed_s(std::int64_t ticks) const;
+  void add_bounds(std::int64_t ticks, double whole_second_s, DisciplinedStamp& out) const;
 
   DeviceCounter counter_;
   LabelOptions options_;
+  std::optional<double> pulse_error_s_;
   CountExtender extender_, label_extender_;
   std::vector<std::int64_t> waiting_;  // edges before the start, or outside the train
   std::deque<TrainPulse> recent_;      // accepted

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <span>
 
@@ -17,6 +18,7 @@ namespace {
 
 constexpr std::size_t most_windows = 4096;
 constexpr std::size_t least_in_window = 64;
+constexpr std::size_t least_in_bent_window = 8;  // where longer ones contradict a straight line
 constexpr std::size_t blocks_of_window = 16;
 
 Bound upper_of(const ClockPair& p) {
@@ -135,11 +137,11 @@ double block_sigma(std::span<const ClockPair> p, bool two_way, const OffsetLine&
   if (blocks < 6) return 0;
   const double coarse = block_test(p, two_way, line, blocks).residual;
   const double fine = p.size() >= 16 * blocks ? block_test(p, two_way, line, 4 * blocks).residual : 0;
-  const double power = fine > 0 && coarse > 0 ? std::clamp(0.5 * std::log2(fine / coarse), 0.5, 1.0) : 0.75;
+  const double power = fine > 0 && coarse > 0 ? std::clamp(0.5 * std::log2(fine / coarse), 0.1, 1.0) : 0.75;
   return coarse / std::pow(static_cast<double>(blocks), power);
 }
 
-Window fit_window(std::span<const ClockPair> all, std::size_t first, std::size_t count, bool two_way) {
+Window fit_window(std::span<const ClockPair> all, std::size_t first, std::size_t count, bool two_way, double noise_s) {
   Window w;
   w.first = first;
   w.count = count;
@@ -181,6 +183,12 @@ Window fit_window(std::span<const ClockPair> all, std::size_t first, std::size_t
     w.drift_sigma *= from_blocks / std::max(w.offset_sigma_ns, 1e-9);
     w.offset_sigma_ns = from_blocks;
   }
+  if (noise_s > 0) {
+    // The middle between the extremes of n normal errors scatters by π/√(24·ln n) of theirs.
+    const double extremes_ns = 1e9 * noise_s * std::numbers::pi / std::sqrt(24 * std::log(static_cast<double>(count)));
+    w.offset_sigma_ns = std::max(w.offset_sigma_ns, extremes_ns);
+    w.drift_sigma = std::max(w.drift_sigma, 4 * extremes_ns / span_ns);
+  }
   if (w.drift_sigma <= 0) w.drift_sigma = 3.5 * std::max(w.offset_sigma_ns, 0.3) / span_ns;
   w.offset_sigma_ns = std::max(w.offset_sigma_ns, 0.3);  // stamps are whole ns
   if (count >= least_in_window) {
@@ -191,11 +199,11 @@ Window fit_window(std::span<const ClockPair> all, std::size_t first, std::size_t
   return w;
 }
 
-std::vector<Window> fit_windows(std::span<const ClockPair> p, bool two_way, std::size_t windows) {
+std::vector<Window> fit_windows(std::span<const ClockPair> p, bool two_way, std::size_t windows, double noise_s) {
   std::vector<Window> out;
   for (std::size_t k = 0; k < windows; ++k) {
     const std::size_t from = k * p.size() / windows, to = (k + 1) * p.size() / windows;
-    if (to - from >= 2) out.push_back(fit_window(p, from, to - from, two_way));
+    if (to - from >= 2) out.push_back(fit_window(p, from, to - from, two_way, noise_s));
   }
   return out;
 }
@@ -205,15 +213,21 @@ std::vector<Window> choose_windows(std::span<const ClockPair> p, const PairStrea
   if (options.window_s) {
     const double span_s = 1e-9 * static_cast<double>(p.back().device_ns - p.front().device_ns);
     const double wanted = std::clamp(std::round(span_s / *options.window_s), 1.0, static_cast<double>(most_windows));
-    return fit_windows(p, s.two_way, static_cast<std::size_t>(wanted));
+    return fit_windows(p, s.two_way, static_cast<std::size_t>(wanted), options.noise_s);
   }
   std::vector<Window> best;
-  for (std::size_t k = 1; k <= most_windows && (k == 1 || p.size() / k >= least_in_window); k *= 2) {
-    std::vector<Window> now = fit_windows(p, s.two_way, k);
+  bool contradicted = false, halved = false;
+  for (std::size_t k = 1; k <= most_windows; k *= 2) {
+    if (k > 1 && p.size() / k < (contradicted ? least_in_bent_window : least_in_window)) break;
+    std::vector<Window> now = fit_windows(p, s.two_way, k, options.noise_s);
     std::size_t bent = 0, misfit = 0;
     for (const Window& w : now) misfit += !w.fits, bent += w.fits && std::abs(w.curvature_t) > 5;
     if (best.empty() || misfit == 0) best = now;
-    if (misfit == 0 && bent * 10 <= now.size()) return now;
+    // What only just fits is bent by as much as the bounds are apart: half as long is bent by a quarter of that.
+    const bool only_just = contradicted && misfit == 0 && !halved;
+    contradicted = misfit > 0 || only_just;
+    halved = halved || only_just;
+    if (misfit == 0 && bent * 10 <= now.size() && !only_just) return now;
   }
   return best;
 }
@@ -233,7 +247,7 @@ OffsetPiece piece_of(const Window& w, std::int64_t start_ns) {
 double sag_allowance_ns(std::span<const ClockPair> p, const std::vector<Window>& windows, bool two_way,
                         bool beyond_noise) {
   std::vector<Window> parts = windows;
-  if (parts.size() == 1 && p.size() >= 2 * least_in_window) parts = fit_windows(p, two_way, 2);
+  if (parts.size() == 1 && p.size() >= 2 * least_in_window) parts = fit_windows(p, two_way, 2, 0);
   const Window& w = windows[windows.size() / 2];
   const auto length = static_cast<double>(p[w.first + w.count - 1].device_ns - p[w.first].device_ns);
   double most = 0, sum = 0, n = 0;

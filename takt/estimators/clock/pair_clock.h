@@ -16,6 +16,7 @@ struct PairOptions {
   std::string method = "auto";          ///< hull, kalman, or auto: hull with kalman beside
   std::optional<double> window_s;       ///< length over which the drift is taken as constant; nothing: found
   std::optional<double> least_delay_s;  ///< of one-way stamps: known least delay, taken off
+  double noise_s = 0;  ///< σ of noise that is as likely early as late (pulses), where the bounds stand on its tails
 };
 
 template <class Visitor>

@@ -44,6 +44,14 @@ std::int64_t device_ns(std::int64_t ticks, double tick_hz) {
       std::llroundl(static_cast<long double>(ticks) * (1e9L / static_cast<long double>(tick_hz))));
 }
 
+/// A count that has no stamp: ns since the counter's zero do not fit.
+std::optional<std::int64_t> beyond_int64(const PulseStream& pulses) {
+  constexpr double most_s = 9.2e9;
+  for (const Pulse& p : pulses.pulses)
+    if (std::abs(static_cast<double>(p.ticks)) / pulses.counter.tick_hz > most_s) return p.ticks;
+  return std::nullopt;
+}
+
 /// A capture gives the last tick at or before the edge: on average the edge is half a tick later.
 void take_samples(Piece& piece, double tick_hz) {
   const std::int64_t first = piece.train->pulses.front().ticks;
@@ -129,27 +137,68 @@ std::string take_off_qerr(Piece& piece, const std::vector<LabelStream>& logs, co
                      100 * std::sqrt(std::min(plus, minus) / std::max(raw, 1e-40)));
 }
 
-/// Reference − device at sample i, exact to the ns before the smoothed phase.
-std::int64_t reference_ns(const Piece& p, std::int64_t second, const LabelledTrain& scale, const PpsOptions& o) {
-  const std::int64_t gps_ns = (p.first_gps_s + second) * second_ns;
-  if (!p.labels->known) return gps_ns;
-  return o.reference == "gps" ? gps_ns : scale.utc_ns(gps_ns);
+/// What is added to an instant on GPS time for the reference; without labels the scale is nobody's, and stays.
+std::int64_t shift_ns(const Piece& p, std::int64_t gps_ns, const LabelledTrain& scale, const PpsOptions& o) {
+  return p.labels->known && o.reference != "gps" ? scale.utc_ns(gps_ns) - gps_ns : 0;
 }
 
-/// reference − device on the device's stamp that the smoothed clock shows at a whole second.
+std::int64_t reference_ns(const Piece& p, std::int64_t second, const LabelledTrain& scale, const PpsOptions& o) {
+  const std::int64_t gps_ns = (p.first_gps_s + second) * second_ns;
+  return gps_ns + shift_ns(p, gps_ns, scale, o);
+}
+
+/// GPS − device on the device's stamp that the smoothed clock shows at a whole second.
 struct Anchor {
   std::int64_t device_ns, offset_ns;
   double sigma_s, drift;
 };
-Anchor anchor(const Piece& p, double t_s, const ClockPrediction& at, const LabelledTrain& scale, const PpsOptions& o) {
+Anchor anchor(const Piece& p, double t_s, const ClockPrediction& at) {
   const auto second = static_cast<std::int64_t>(t_s);
   const auto phase_ns = static_cast<std::int64_t>(std::llround(at.phase_s * 1e9));
   Anchor a{};
   a.device_ns = p.first_device_ns + second * second_ns + phase_ns;
-  a.offset_ns = reference_ns(p, second, scale, o) - a.device_ns;
+  a.offset_ns = (p.first_gps_s + second) * second_ns - a.device_ns;
   a.sigma_s = std::max(at.phase_sigma_s, 0.3e-9);  // results are whole ns
   a.drift = -at.frequency / (1 + at.frequency);
   return a;
+}
+
+/// Of the last pulse, by the smoothed clock.
+std::int64_t last_device_ns(const Piece& p) {
+  return anchor(p, p.samples.back().t_s, p.clock.at.back()).device_ns;
+}
+
+/// Pieces on GPS time put on the reference: where UTC leaps within one, it is cut there.
+std::vector<OffsetPiece> on_reference(const std::vector<OffsetPiece>& gps, std::int64_t end_device_ns, const Piece& p,
+                                      const LabelledTrain& scale, const PpsOptions& o) {
+  std::vector<OffsetPiece> out;
+  for (std::size_t i = 0; i < gps.size(); ++i) {
+    const OffsetPiece& g = gps[i];
+    const auto gps_at = [&g](std::int64_t device_ns) {
+      return device_ns + g.offset.count() + std::llround(g.drift * static_cast<double>(device_ns - to_ns(g.epoch)));
+    };
+    const std::int64_t from = gps_at(to_ns(g.start)),
+                       to = gps_at(i + 1 < gps.size() ? to_ns(gps[i + 1].start) : end_device_ns);
+    std::int64_t shift = shift_ns(p, from, scale, o);
+    OffsetPiece now = g;
+    now.offset += Duration(shift);
+    out.push_back(now);
+    if (shift_ns(p, std::max(from, to), scale, o) == shift) continue;
+    for (std::int64_t s = from / second_ns + 1; s * second_ns < to; ++s) {
+      const std::int64_t next = shift_ns(p, s * second_ns, scale, o);
+      if (next == shift) continue;
+      now.offset += Duration(next - shift);
+      // The device's stamp of that second: GPS less an offset that hardly moves meanwhile.
+      std::int64_t device_ns = s * second_ns - g.offset.count();
+      for (int k = 0; k < 3; ++k) device_ns -= gps_at(device_ns) - s * second_ns;
+      // The pulse of that second, early as it may be, is on the far side.
+      const double early_s = 6 * std::sqrt(now.sigma_s * now.sigma_s + p.noise.white_phase_s2 + p.noise.wander_s2);
+      now.start = from_ns(device_ns - static_cast<std::int64_t>(std::ceil(1e9 * early_s)));
+      out.push_back(now);
+      shift = next;
+    }
+  }
+  return out;
 }
 
 /// Knots as far apart as straight lines between them stay within a small part of σ.
@@ -184,41 +233,22 @@ std::vector<std::size_t> knots(const Piece& p) {
 
 void add_pieces(const Piece& p, const LabelledTrain& scale, const PpsOptions& o, Estimate& e) {
   const std::vector<std::size_t> k = knots(p);
-  std::vector<std::int64_t> leaps;  // seconds since the first pulse at which UTC steps
-  if (p.labels->known && o.reference != "gps")
-    for (std::int64_t s = 1; s <= p.train->pulses.back().second; ++s)
-      if (scale.gps_minus_utc_s(p.first_gps_s + s) != scale.gps_minus_utc_s(p.first_gps_s + s - 1)) leaps.push_back(s);
+  std::vector<OffsetPiece> pieces;
   for (std::size_t i = 0; i + 1 < k.size(); ++i) {
-    const Anchor a = anchor(p, p.grid[k[i]].t_s, p.grid_clock.at[k[i]], scale, o),
-                 b = anchor(p, p.grid[k[i + 1]].t_s, p.grid_clock.at[k[i + 1]], scale, o);
+    const Anchor a = anchor(p, p.grid[k[i]].t_s, p.grid_clock.at[k[i]]),
+                 b = anchor(p, p.grid[k[i + 1]].t_s, p.grid_clock.at[k[i + 1]]);
     OffsetPiece piece;
     piece.start = from_ns(a.device_ns);
     piece.epoch = piece.start;
     piece.offset = Duration(a.offset_ns);
-    // A leap second between the knots is a piece of its own, not a slope.
-    const auto from = static_cast<std::int64_t>(p.grid[k[i]].t_s), to = static_cast<std::int64_t>(p.grid[k[i + 1]].t_s);
-    std::int64_t leap_ns = 0, leap_at = 0;
-    for (const std::int64_t s : leaps)
-      if (s > from && s <= to) {
-        leap_at = s;
-        leap_ns =
-            -(scale.gps_minus_utc_s(p.first_gps_s + s) - scale.gps_minus_utc_s(p.first_gps_s + s - 1)) * second_ns;
-      }
-    piece.drift =
-        static_cast<double>(b.offset_ns - leap_ns - a.offset_ns) / static_cast<double>(b.device_ns - a.device_ns);
+    piece.drift = static_cast<double>(b.offset_ns - a.offset_ns) / static_cast<double>(b.device_ns - a.device_ns);
     piece.sigma_s = std::max(a.sigma_s, b.sigma_s);
     for (std::size_t m = k[i]; m < k[i + 1]; ++m)
       piece.sigma_s = std::max(piece.sigma_s, p.grid_clock.at[m].phase_sigma_s);
-    e.pieces.push_back(piece);
-    if (leap_ns != 0 && leap_at < to) {
-      OffsetPiece after = piece;
-      const double share = static_cast<double>(leap_at - from) / static_cast<double>(to - from);
-      after.start = from_ns(a.device_ns + static_cast<std::int64_t>(
-                                              std::llround(share * static_cast<double>(b.device_ns - a.device_ns))));
-      after.offset = Duration(a.offset_ns + leap_ns);
-      e.pieces.push_back(after);
-    }
+    pieces.push_back(piece);
   }
+  pieces = on_reference(pieces, last_device_ns(p), p, scale, o);
+  e.pieces.insert(e.pieces.end(), pieces.begin(), pieces.end());
 }
 
 Panel allan_panel(const Piece& p) {
@@ -299,6 +329,15 @@ double irregular_percent(const PulseTrain& train) {
   return 100 - 100.0 * static_cast<double>(good) / static_cast<double>(std::max<std::size_t>(train.edges, 2) - 1);
 }
 
+/// The absolute bounds by whole seconds; rounded outward again.
+void move_bounds(Estimate& e, double seconds) {
+  if (seconds == 0) return;
+  for (Extra& x : e.extras) {
+    if (x.name == "offset_lower_s") x.value = std::nextafter(x.value + seconds, -HUGE_VAL);
+    if (x.name == "offset_upper_s") x.value = std::nextafter(x.value + seconds, HUGE_VAL);
+  }
+}
+
 /// Pulses as bounds on the offset: the edge lies within its tick, the pulse within its error.
 Estimate by_hull(const Piece& p, const PpsResult& kalman, const PulseTrain& train, const LabelledTrain& scale,
                  const PpsOptions& o) {
@@ -311,20 +350,32 @@ Estimate by_hull(const Piece& p, const PpsResult& kalman, const PulseTrain& trai
   for (std::size_t i = 0; i < p.samples.size(); ++i) {
     if (!p.clock.used[i]) continue;
     const auto second = static_cast<std::int64_t>(p.samples[i].t_s);
-    const std::int64_t reference = p.labels->known && o.reference == "gps"
-                                       ? (p.first_gps_s + second) * second_ns
-                                       : reference_ns(p, 0, scale, o) + second * second_ns;
+    const std::int64_t gps_ns = (p.first_gps_s + second) * second_ns;
     ClockPair pair;
     // The sample stands half a tick behind the capture.
     pair.device_ns =
         p.first_device_ns + second * second_ns + static_cast<std::int64_t>(std::llround(1e9 * p.samples[i].phase_s));
-    pair.request_ns = reference - static_cast<std::int64_t>(std::ceil(0.5 * tick_ns + error_ns)) - 1;
-    pair.arrival_ns = reference + static_cast<std::int64_t>(std::ceil(0.5 * tick_ns + error_ns)) + 1;
+    pair.request_ns = gps_ns - static_cast<std::int64_t>(std::ceil(0.5 * tick_ns + error_ns)) - 1;
+    pair.arrival_ns = gps_ns + static_cast<std::int64_t>(std::ceil(0.5 * tick_ns + error_ns)) + 1;
     s.pairs.push_back(pair);
   }
   PairOptions options;
   options.method = "hull";
+  options.noise_s = std::sqrt(p.noise.white_phase_s2 + p.noise.wander_s2);
   Estimate e = relate_pairs(s, options);
+  if (e.answered()) {
+    OffsetPiece whole;
+    whole.start = from_ns(p.first_device_ns);
+    whole.epoch = e.epoch;
+    whole.offset = *e.offset;
+    whole.drift = e.drift.value_or(0);
+    whole.sigma_s = e.sigma_s.value_or(0);
+    e.pieces = on_reference(e.pieces.empty() ? std::vector{whole} : e.pieces, last_device_ns(p), p, scale, o);
+    if (e.pieces.size() == 1) e.pieces.clear();
+    const std::int64_t shift = shift_ns(p, to_ns(e.epoch) + e.offset->count(), scale, o);
+    e.offset = *e.offset + Duration(shift);
+    move_bounds(e, 1e-9 * static_cast<double>(shift));
+  }
   e.method = "hull";
   e.estimates.clear();
   e.sensor = kalman.estimate.sensor;
@@ -442,6 +493,16 @@ PpsResult discipline(const PulseStream& pulses, const std::vector<LabelStream>& 
   if (options.reference != "utc" && options.reference != "gps")
     throw std::invalid_argument("reference must be utc or gps, not " + options.reference);
   PpsResult out;
+  if (const auto far = beyond_int64(pulses)) {
+    out.estimate = Estimate::refusal(
+        "kalman", fmt::format("a count of {} ticks at {:g} Hz is {:.0f} years, more than stamps of 64-bit ns hold; is "
+                              "--tick-hz right?",
+                              *far, pulses.counter.tick_hz,
+                              std::abs(static_cast<double>(*far)) / pulses.counter.tick_hz / 3.156e7));
+    out.estimate.sensor = pulses.counter.clock.empty() ? "device" : pulses.counter.clock;
+    out.estimate.reference = options.reference;
+    return out;
+  }
   const PulseTrain train = find_pulse_train(pulses, options.falling_edge);
   const LabelledTrain scale = label_train(train, pulses, logs, options.labels);
   const bool own_labels =
@@ -494,9 +555,9 @@ PpsResult discipline(const PulseStream& pulses, const std::vector<LabelStream>& 
   e.reference = main.labels->known ? options.reference : labels_given ? options.reference : "pps";
   e.verdict = Verdict::trusted;
   const std::size_t middle = main.samples.size() / 2;
-  const Anchor a = anchor(main, main.samples[middle].t_s, main.clock.at[middle], scale, options);
+  const Anchor a = anchor(main, main.samples[middle].t_s, main.clock.at[middle]);
   e.epoch = from_ns(a.device_ns);
-  e.offset = Duration(a.offset_ns);
+  e.offset = Duration(a.offset_ns + shift_ns(main, a.device_ns + a.offset_ns, scale, options));
   e.sigma_s = a.sigma_s;
   e.drift = a.drift;
   e.drift_sigma = main.clock.at[middle].frequency_sigma;
@@ -523,14 +584,14 @@ PpsResult discipline(const PulseStream& pulses, const std::vector<LabelStream>& 
   for (const Piece& p : pieces)
     for (std::size_t i = 0; i < p.samples.size(); ++i) {
       const auto second = static_cast<std::int64_t>(p.samples[i].t_s);
-      const Anchor at = anchor(p, p.samples[i].t_s, p.clock.at[i], scale, options);
+      const Anchor at = anchor(p, p.samples[i].t_s, p.clock.at[i]);
       PulseStamp stamp;
       stamp.index = p.train->pulses[i].index;
       stamp.device_ns = device_ns(p.train->pulses[i].ticks, train.tick_hz);
       stamp.used = p.clock.used[i];
       // The capture itself on the reference: its whole second, and how far the smoothed clock has it from there.
       stamp.stamp.reference_ns =
-          stamp.device_ns + at.offset_ns +
+          reference_ns(p, second, scale, options) + (stamp.device_ns - at.device_ns) +
           static_cast<std::int64_t>(std::llround(at.drift * static_cast<double>(stamp.device_ns - at.device_ns)));
       stamp.stamp.sigma_s = at.sigma_s;
       const bool known = p.labels->known || !labels_given;

@@ -170,6 +170,39 @@ TEST(PpsClock, HardBoundsHold) {
   }
 }
 
+/// By the hull alone too, whose lines know nothing of leap seconds; and no pulse's second is another's.
+TEST(PpsClock, TheHullFollowsALeapSecond) {
+  for (const char* name : {"leap-second", "negative-leap"})
+    for (std::uint64_t seed = 301; seed <= 302; ++seed) {
+      const ClockRecording r = scenario(name, seed);
+      PpsOptions hull;
+      hull.method = "hull";
+      hull.pulse_error_s = ClockParameters{}.pulse_error_s;
+      const PpsResult found = discipline(r.pulses, logs_of(r, true, true), hull);
+      ASSERT_TRUE(found.estimate.answered()) << found.estimate.reasons.front();
+      const Against a = against(found.estimate, r.truth);
+      EXPECT_EQ(a.wrong_seconds, 0) << name << seed;
+      EXPECT_LT(a.nees, 3) << name << seed;
+      const ClockMap<> map = found.estimate.clock_map();
+      for (const PulseStamp& s : found.stamps) {
+        const auto t = as<SensorClock>(from_ns(s.device_ns));
+        const std::int64_t utc_ns = s.device_ns + map.offset_at(t).count();
+        EXPECT_LT(std::abs(utc_ns - r.true_utc_ns[s.index]), 1'000'000) << name << seed << " pulse " << s.index;
+        EXPECT_LE(*s.stamp.lower_ns, r.true_utc_ns[s.index]);
+        EXPECT_GE(*s.stamp.upper_ns, r.true_utc_ns[s.index]);
+      }
+    }
+}
+
+TEST(PpsClock, CountsBeyondStampsAreRefused) {
+  PulseStream far;
+  far.counter.tick_hz = 48e6;
+  for (int i = 0; i < 100; ++i) far.pulses.push_back({.ticks = (std::int64_t{1} << 62) + i * 48'000'000LL});
+  const Estimate e = discipline(far, {}).estimate;
+  EXPECT_EQ(e.verdict, Verdict::refused);
+  EXPECT_NE(e.reasons.front().find("years"), std::string::npos);
+}
+
 TEST(PpsClock, WithoutLabelsOnlyWithinTheSecond) {
   const ClockRecording r = scenario("normal", 1);
   const Estimate e = discipline(r.pulses, {}).estimate;
