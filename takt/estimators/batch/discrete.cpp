@@ -43,6 +43,7 @@ class Discrete {
     link.centre_s = start.centre_s;
     link.line_delay_s = camera.line_delay_s();
     fit_.calibration.cameras = {link};
+    fit_.calibration.imus.resize(1);
     fit_.chain = make_chain(camera, imu.curve, link);
   }
 
@@ -53,7 +54,7 @@ class Discrete {
     }
     start_states();
     lay_out();
-    fit_.noise = {camera_.poses.corner_sigma_px, imu_.high_pass.gyro, imu_.high_pass.accel, 0};
+    fit_.noise = {{{camera_.poses.corner_sigma_px, 0}}, {imu_.high_pass}};
     Groups groups;
     for (int round = 0; round < 4; ++round) {
       if (!settle(groups)) return std::move(fit_);
@@ -76,6 +77,10 @@ class Discrete {
  private:
   [[nodiscard]] CameraLink& link() { return fit_.calibration.cameras[0]; }
   [[nodiscard]] const CameraLink& link() const { return fit_.calibration.cameras[0]; }
+  [[nodiscard]] double& corner_noise() { return fit_.noise.cameras[0].corner_px; }
+  [[nodiscard]] double corner_noise() const { return fit_.noise.cameras[0].corner_px; }
+  [[nodiscard]] ImuDensity& imu_noise() { return fit_.noise.imus[0]; }
+  [[nodiscard]] const ImuDensity& imu_noise() const { return fit_.noise.imus[0]; }
   [[nodiscard]] double imu_time(std::size_t k) const {
     return link().imu_time(fit_.chain[k].time_s, fit_.chain[k].mean_row);
   }
@@ -104,7 +109,7 @@ class Discrete {
     // Over a bounded motion the accelerations average out.
     fit_.calibration.gravity_board = -earth_gravity * force.normalized();
     const double begin = imu_time(0), end = imu_time(states.size() - 1);
-    fit_.calibration.bias = BiasCurve(begin, end, std::max(5.0, (end - begin) / 12));
+    fit_.calibration.imus[0].bias = BiasCurve(begin, end, std::max(5.0, (end - begin) / 12));
   }
 
   void lay_out() {
@@ -117,8 +122,8 @@ class Discrete {
     at.cameras = {cam};
     at.gravity = next;
     at.board_scale = next + 3;
-    at.bias = next + 4;
-    at.size = at.bias + 6 * fit_.calibration.bias.points();
+    at.imus = {{.bias = next + 4}};
+    at.size = next + 4 + 6 * fit_.calibration.imus[0].bias.points();
   }
 
   /// Everything of one frame and of its join to the next, into the system.
@@ -149,7 +154,7 @@ class Discrete {
     j.block<3, 3>(3, 6).diagonal().setConstant(-1);  // camera's rotation
     j.block<3, 3>(0, 9) = -R_cam_imu;                // camera's place
     const Vec6 xi = pose_error(k);
-    const Mat6 information = fit_.chain[k].view->information / (fit_.noise.corner_px * fit_.noise.corner_px);
+    const Mat6 information = fit_.chain[k].view->information / (corner_noise() * corner_noise());
     sums.squares[Groups::camera] += xi.dot(information * xi);
     sums.count[Groups::camera] += 6;
     const Mat6 w = groups.weight[Groups::camera] * information;
@@ -161,10 +166,9 @@ class Discrete {
   void add_join(std::size_t k, const Groups& groups, ArrowSystem& system, Groups& sums) const {
     const BodyState &a = fit_.states[k], &b = fit_.states[k + 1];
     const double t0 = imu_time(k), t1 = imu_time(k + 1), dt = t1 - t0;
-    const BiasCurve::Place bias = fit_.calibration.bias.at(0.5 * (t0 + t1));
-    const Preintegrated p =
-        preintegrate(imu_.curve, t0, t1, fit_.calibration.bias.gyro(bias), fit_.calibration.bias.accel(bias),
-                     {fit_.noise.gyro_density, fit_.noise.accel_density});
+    const BiasCurve::Place bias = fit_.calibration.imus[0].bias.at(0.5 * (t0 + t1));
+    const Preintegrated p = preintegrate(imu_.curve, t0, t1, fit_.calibration.imus[0].bias.gyro(bias),
+                                         fit_.calibration.imus[0].bias.accel(bias), imu_noise());
     const Vec3& g = fit_.calibration.gravity_board;
     const Mat3 back = a.R_board_imu.conjugate().toRotationMatrix();
     const Quat turn = a.R_board_imu.conjugate() * b.R_board_imu;
@@ -225,7 +229,7 @@ class Discrete {
 
     const int band = state_size * frames();
     const BorderLayout& at = fit_.layout;
-    const int bias_at = band + at.bias + 6 * bias.first;
+    const int bias_at = band + at.imus[0].bias + 6 * bias.first;
     Eigen::Matrix<double, columns, columns> h;
     h.noalias() = j.transpose() * j;
     const Eigen::Matrix<double, columns, 1> gradient = j.transpose() * white;
@@ -317,7 +321,7 @@ class Discrete {
 
   /// Frames with a pose that the motion before and after does not allow: the board seen in a mirror image, a wrong tag.
   bool drop_strangers() {
-    const double sigma2 = fit_.noise.corner_px * fit_.noise.corner_px;
+    const double sigma2 = corner_noise() * corner_noise();
     std::vector<double> chi2;
     for (std::size_t k = 0; k < fit_.chain.size(); ++k) {
       const Vec6 xi = pose_error(k);
@@ -374,9 +378,9 @@ class Discrete {
       // Residuals that are almost wholly fitted say nothing about their noise.
       factor[g] = left > 0.03 * sums.count[g] ? std::sqrt(sums.squares[g] / left) : 1;
     }
-    fit_.noise.corner_px *= factor[Groups::camera];
-    fit_.noise.gyro_density *= factor[Groups::rotation];
-    fit_.noise.accel_density *= factor[Groups::translation];
+    corner_noise() *= factor[Groups::camera];
+    imu_noise().gyro *= factor[Groups::rotation];
+    imu_noise().accel *= factor[Groups::translation];
     double largest = 0;
     for (const double f : factor) largest = std::max(largest, std::abs(f - 1));
     return largest;
@@ -390,7 +394,8 @@ class Discrete {
       const BodyState& s = fit_.states[k];
       const CameraLink& l = link();
       const ImuCurve::Reading reading = imu_.curve.at(imu_time(k));
-      const Vec3 omega = reading.gyro - fit_.calibration.bias.gyro(fit_.calibration.bias.at(imu_time(k)));
+      const Vec3 omega =
+          reading.gyro - fit_.calibration.imus[0].bias.gyro(fit_.calibration.imus[0].bias.at(imu_time(k)));
       const Mat3 R_cam_imu = l.T_imu_cam.rotation.conjugate().toRotationMatrix();
       Vec6 rate;  // of ξ in time
       rate << R_cam_imu * (l.T_imu_cam.translation.cross(omega) - s.R_board_imu.conjugate() * s.velocity),
@@ -420,7 +425,7 @@ class Discrete {
     }
     if (!(information > 0)) return;
     fit_.row_slope_s = slope / information;
-    fit_.row_slope_sigma_s = fit_.noise.corner_px / std::sqrt(information);
+    fit_.row_slope_sigma_s = corner_noise() / std::sqrt(information);
   }
 
   const CameraSession& camera_;
