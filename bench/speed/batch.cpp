@@ -39,7 +39,7 @@ int main() {
     const double t4 = cpu_s();
     batch::SplineOptions wanted;
     wanted.threads = 1;
-    batch::SplineModel model({&camera}, imu, fast, wanted);
+    batch::SplineModel model({{&camera}, {&imu}}, batch::join_pairs({&fast}, {}), wanted);
     const bool solved = model.solve();
     const double t5 = cpu_s();
     BatchOptions whole;

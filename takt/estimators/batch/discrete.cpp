@@ -261,7 +261,8 @@ class Discrete {
   [[nodiscard]] ArrowSystem normal_equations(const Groups& groups, Groups& sums) const {
     // Stretches of frames have systems of their own, so that the sum does not depend on who was first.
     const int n = frames(), band = state_size * n;
-    std::vector<ArrowSystem> parts(2, ArrowSystem(band, 2 * state_size - 1, fit_.layout.size));
+    std::vector<ArrowSystem> parts;
+    for (int part = 0; part < 2; ++part) parts.emplace_back(band, 2 * state_size - 1, fit_.layout.size);
     std::vector<Groups> part_sums(2);
     parallel_for(2, options_.threads, [&](int part) {
       const auto from = static_cast<std::size_t>(part * n / 2), to = static_cast<std::size_t>((part + 1) * n / 2);
@@ -294,8 +295,8 @@ class Discrete {
   bool settle(Groups& groups) {
     for (int round = 0; round < most_iterations; ++round) {
       Groups sums;
-      const ArrowSystem system = normal_equations(groups, sums);
-      const ArrowSystem::Solution solution = system.solve();
+      ArrowSystem system = normal_equations(groups, sums);
+      const ArrowSystem::Solution solution = std::move(system).solve();
       ++fit_.iterations;
       if (!solution.ok()) {
         fit_.failure = "the motion does not determine the calibration";
@@ -307,6 +308,8 @@ class Discrete {
         return false;
       }
       fit_.covariance = solution.border_covariance();
+      last_ = sums;
+      last_log_determinant_ = solution.log_determinant();
       const double moved = solution.step()
                                .tail(fit_.layout.size)
                                .cwiseQuotient(fit_.covariance.diagonal().cwiseSqrt())
@@ -356,27 +359,27 @@ class Discrete {
   }
 
   /// Each sort's noise from its own residuals and the degrees of freedom that the fit left it:
-  /// tr(H⁻¹·H_group) = ∂ log det H / ∂ log weight. Returns the largest relative change.
+  /// tr(H⁻¹·H_group) = ∂ log det H / ∂ log weight. Residuals and H are those before
+  /// the last step, which was next to nothing; the degrees hardly depend on the noise and are counted once. Returns the
+  /// largest relative change.
   double measure_noise(const Groups& groups) {
     constexpr double nudge = 1e-3;
-    Groups sums;
-    const ArrowSystem::Solution at = normal_equations(groups, sums).solve();
-    if (!at.ok()) return 0;
-    double taken[3];
-    for (const int g : {Groups::camera, Groups::rotation}) {
-      Groups nudged = groups, ignored;
-      nudged.weight[g] *= 1 + nudge;
-      const ArrowSystem::Solution moved = normal_equations(nudged, ignored).solve();
-      if (!moved.ok()) return 0;
-      taken[g] = (moved.log_determinant() - at.log_determinant()) / std::log1p(nudge);
+    if (taken_[Groups::camera] == 0) {
+      for (const int g : {Groups::camera, Groups::rotation}) {
+        Groups nudged = groups, ignored;
+        nudged.weight[g] *= 1 + nudge;
+        const ArrowSystem::Solution moved = normal_equations(nudged, ignored).solve();
+        if (!moved.ok()) return 0;
+        taken_[g] = (moved.log_determinant() - last_log_determinant_) / std::log1p(nudge);
+      }
+      const int unknowns = state_size * frames() + fit_.layout.size;
+      taken_[Groups::translation] = unknowns - taken_[Groups::camera] - taken_[Groups::rotation];
     }
-    const int unknowns = state_size * frames() + fit_.layout.size;
-    taken[Groups::translation] = unknowns - taken[Groups::camera] - taken[Groups::rotation];
     double factor[3];
     for (int g = 0; g < 3; ++g) {
-      const double left = sums.count[g] - taken[g];
+      const double left = last_.count[g] - taken_[g];
       // Residuals that are almost wholly fitted say nothing about their noise.
-      factor[g] = left > 0.03 * sums.count[g] ? std::sqrt(sums.squares[g] / left) : 1;
+      factor[g] = left > 0.03 * last_.count[g] ? std::sqrt(last_.squares[g] / left) : 1;
     }
     corner_noise() *= factor[Groups::camera];
     imu_noise().gyro *= factor[Groups::rotation];
@@ -432,6 +435,9 @@ class Discrete {
   const ImuSession& imu_;
   DiscreteOptions options_;
   DiscreteFit fit_;
+  Groups last_;  ///< of the last step
+  double last_log_determinant_ = 0;
+  double taken_[3] = {0, 0, 0};  ///< degrees of freedom that the fit took from each sort
 };
 
 }  // namespace

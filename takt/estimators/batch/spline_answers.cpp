@@ -55,7 +55,7 @@ std::vector<WindowOffset> SplineModel::window_offsets(std::size_t camera, int wi
   };
   hold(layout_.cameras[camera].offset);
   hold(layout_.cameras[camera].drift);
-  const ArrowSystem::Solution solution = system.solve();
+  const ArrowSystem::Solution solution = std::move(system).solve();
   std::vector<WindowOffset> out;
   if (!solution.ok()) return out;
   std::vector<double> sum(static_cast<std::size_t>(windows)), count = sum;

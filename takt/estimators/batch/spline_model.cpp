@@ -174,7 +174,8 @@ void SplineModel::add_stiffness(ArrowSystem& system) const {
 ArrowSystem SplineModel::normal_equations(const Weights& w, const BorderLayout& layout, Sums& sums) const {
   const int reach = knots_of_a_frame();
   // Always two parts, so that the sum is the same for any number of threads.
-  std::vector<ArrowSystem> parts(2, ArrowSystem(band_size(), knot_size * reach - 1, layout.size));
+  std::vector<ArrowSystem> parts;
+  for (int part = 0; part < 2; ++part) parts.emplace_back(band_size(), knot_size * reach - 1, layout.size);
   const std::vector<double> zeros(sorts(), 0);
   Sums part_sums[2] = {{zeros, zeros}, {zeros, zeros}};
   parallel_for(2, options_.threads, [&](int part) {
