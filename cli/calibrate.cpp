@@ -103,6 +103,7 @@ void add_calibrate(CLI::App& app, Common& common, Action& action) {
       ->default_str(lens_names().front());
   add_options(verb, job.batch);
   verb.get_option("--model")->check(CLI::IsMember({"auto", "discrete", "spline"}));
+  verb.get_option("--imu-model")->check(CLI::IsMember({"auto", "calibrated", "scale-misalignment"}));
   verb.get_option("--knots")->check(CLI::Range(1e-3, 1.0));
   add_open_options(verb, job.open);
   add_common(verb, common);

@@ -11,7 +11,7 @@
 
 #include "takt/estimators/batch/batch.h"
 #include "takt/motion/rigid.h"
-#include "takt/simulation/board_scene.h"
+#include "takt/simulation/simulated_corners.h"
 
 namespace {
 
@@ -20,29 +20,21 @@ using namespace takt;
 struct Row {
   const char* name;
   double duration_s;
-  std::function<void(BoardOptions&)> change;
+  std::function<void(TargetFilmOptions&)> change;
 };
-
-std::vector<Vec3> april_grid() {
-  std::vector<Vec3> points;
-  const auto at = [](int i) { return (i / 2) * 0.088 * 1.3 + (i % 2) * 0.088; };
-  for (int row = 0; row < 12; ++row)
-    for (int column = 0; column < 12; ++column) points.emplace_back(at(column), at(row), 0);
-  return points;
-}
 
 void run_row(const Row& row, int runs) {
   double squares = 0, sigma = 0, z2 = 0, turn2 = 0, shift2 = 0, end2 = 0, n = 0;
   int covered = 0, weak = 0, refused = 0;
   for (int seed = 1; seed <= runs; ++seed) {
-    BoardOptions o;
+    TargetFilmOptions o;
     o.seed = static_cast<std::uint64_t>(seed);
     o.duration_s = row.duration_s;
     row.change(o);
-    SimulatedBoard run = simulate_board(o, {}, april_grid());
-    run.corners.timing.shutter = Shutter::unknown;
-    run.corners.timing.readout_s = 0;
-    const Estimate e = calibrate_batch(run.corners, run.imu);
+    SimulatedBoard run = simulate_board(o);
+    run.cameras[0].timing.shutter = Shutter::unknown;
+    run.cameras[0].timing.readout_s = 0;
+    const Estimate e = calibrate_batch(run.cameras[0], run.imus[0]);
     if (!e.answered()) {
       ++refused;
       continue;
@@ -77,16 +69,16 @@ int main(int argc, char** argv) {
   std::printf("%-28s %4s %8s %8s %6s %7s %8s %9s %8s %5s %5s\n", "case", "n", "rms", "sigma", "rms z", "95%int",
               "at ends", "rot deg", "mm", "weak", "ref.");
   const std::vector<Row> rows{
-      {"40 s", 40, [](BoardOptions&) {}},
-      {"20 s", 20, [](BoardOptions&) {}},
-      {"10 s", 10, [](BoardOptions&) {}},
-      {"20 s, weak: 0.2 rad/s", 20, [](BoardOptions& o) { o.motion = BoardOptions::board_motion(0.2); }},
-      {"20 s, offset -500 ms", 20, [](BoardOptions& o) { o.offset_s = -0.5; }},
-      {"20 s, drift 200 ppm", 20, [](BoardOptions& o) { o.drift = 200e-6; }},
-      {"20 s, rolling 30 µs/row", 20, [](BoardOptions& o) { o.camera.readout_s = 30e-6 * 480; }},
-      {"20 s, jitter 2 ms", 20, [](BoardOptions& o) { o.camera.jitter_s = 2e-3; }},
+      {"40 s", 40, [](TargetFilmOptions&) {}},
+      {"20 s", 20, [](TargetFilmOptions&) {}},
+      {"10 s", 10, [](TargetFilmOptions&) {}},
+      {"20 s, weak: 0.2 rad/s", 20, [](TargetFilmOptions& o) { o.motion = TargetFilmOptions::target_motion(0.2); }},
+      {"20 s, offset -500 ms", 20, [](TargetFilmOptions& o) { o.offset_s = -0.5; }},
+      {"20 s, drift 200 ppm", 20, [](TargetFilmOptions& o) { o.drift = 200e-6; }},
+      {"20 s, rolling 30 µs/row", 20, [](TargetFilmOptions& o) { o.camera.readout_s = 30e-6 * 480; }},
+      {"20 s, jitter 2 ms", 20, [](TargetFilmOptions& o) { o.camera.jitter_s = 2e-3; }},
       {"10 s, 50 Hz, IMU 1 kHz", 10,
-       [](BoardOptions& o) {
+       [](TargetFilmOptions& o) {
          o.camera.rate_hz = 50;
          o.imu.rate_hz = 1000;
        }},

@@ -7,7 +7,7 @@
 
 #include "takt/estimators/batch/batch.h"
 #include "takt/estimators/batch/spline_model.h"
-#include "takt/simulation/board_scene.h"
+#include "takt/simulation/simulated_corners.h"
 
 namespace {
 
@@ -21,18 +21,15 @@ double cpu_s() {
 
 int main() {
   using namespace takt;
-  std::vector<Vec3> board;
-  for (int row = 0; row < 12; ++row)
-    for (int column = 0; column < 12; ++column) board.emplace_back(0.058 * column, 0.058 * row, 0);
   std::printf("CPU ms   %7s %7s %7s %9s %7s %10s\n", "poses", "start", "IMU", "discrete", "spline", "whole auto");
   for (const double length : {10.0, 40.0, 160.0}) {
-    BoardOptions o;
+    TargetFilmOptions o;
     o.duration_s = length;
-    const SimulatedBoard run = simulate_board(o, {}, board);
+    const SimulatedBoard run = simulate_board(o);
     const double t0 = cpu_s();
-    const auto camera = batch::open_camera(run.corners, 1);
+    const auto camera = batch::open_camera(run.cameras[0], 1);
     const double t1 = cpu_s();
-    const auto imu = batch::open_imu(run.imu);
+    const auto imu = batch::open_imu(run.imus[0]);
     const double t2 = cpu_s();
     const auto start = batch::find_start(camera, imu);
     const double t3 = cpu_s();
@@ -42,12 +39,12 @@ int main() {
     const double t4 = cpu_s();
     batch::SplineOptions wanted;
     wanted.threads = 1;
-    batch::SplineModel model({&camera}, imu, fast, wanted);
+    batch::SplineModel model({{&camera}, {&imu}}, batch::join_pairs({&fast}, {}), wanted);
     const bool solved = model.solve();
     const double t5 = cpu_s();
     BatchOptions whole;
     whole.threads = 1;
-    const Estimate e = calibrate_batch(run.corners, run.imu, whole);
+    const Estimate e = calibrate_batch(run.cameras[0], run.imus[0], whole);
     const double t6 = cpu_s();
     std::printf("%5.0f s  %7.0f %7.0f %7.0f %9.0f %7.0f %10.0f%s\n", length, 1e3 * (t1 - t0), 1e3 * (t3 - t2),
                 1e3 * (t2 - t1), 1e3 * (t4 - t3), 1e3 * (t5 - t4), 1e3 * (t6 - t5),

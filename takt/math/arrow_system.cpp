@@ -2,15 +2,32 @@
 #include "takt/math/arrow_system.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 #include <string>
 
 namespace takt {
 
+namespace {
+
+/// S −= AᵀA, lower half. Columns of a chain's border often begin further down: where they have not, they cost nothing.
+void subtract_square(const RowMajorMatrix& a, Eigen::MatrixXd& s) {
+  constexpr Eigen::Index rows_a_piece = 256;
+  for (Eigen::Index from = 0; from < a.rows(); from += rows_a_piece) {
+    const auto piece = a.middleRows(from, std::min(rows_a_piece, a.rows() - from));
+    Eigen::Index reach = a.cols();
+    while (reach > 0 && piece.col(reach - 1).isZero(0)) --reach;
+    if (reach == 0) continue;
+    s.topLeftCorner(reach, reach).selfadjointView<Eigen::Lower>().rankUpdate(piece.leftCols(reach).transpose(), -1);
+  }
+}
+
+}  // namespace
+
 ArrowSystem::ArrowSystem(int band_size, int bandwidth, int border_size) : band_(band_size, bandwidth) {
   if (border_size < 0) throw std::invalid_argument("ArrowSystem: border of " + std::to_string(border_size));
-  edge_ = Eigen::MatrixXd::Zero(band_size, border_size);
+  edge_ = RowMajorMatrix::Zero(band_size, border_size);
   corner_ = Eigen::MatrixXd::Zero(border_size, border_size);
   gradient_ = Eigen::VectorXd::Zero(band_size + border_size);
 }
@@ -112,26 +129,30 @@ void ArrowSystem::check(std::span<const Block> blocks, Eigen::Index rows, Eigen:
                                 " are further apart than the bandwidth " + std::to_string(band_.bandwidth()));
 }
 
-ArrowSystem::Solution ArrowSystem::solve(double damping) const {
+ArrowSystem::Solution ArrowSystem::solve(double damping) const& {
+  return ArrowSystem(*this).solve(damping);
+}
+
+ArrowSystem::Solution ArrowSystem::solve(double damping) && {
   const int n = band_size(), m = border_size();
   Solution s;
-  BandedMatrix band = band_;
-  for (int j = 0; j < n && damping != 0; ++j) band(j, j) *= 1 + damping;
-  s.band_ = BandedCholesky(std::move(band));
+  for (int j = 0; j < n && damping != 0; ++j) band_(j, j) *= 1 + damping;
+  s.band_ = BandedCholesky(std::move(band_));
   if (!s.band_.ok()) return s;
 
   // Schur complement of the band: with half_edge = L⁻¹E, S = C − half_edgeᵀ·half_edge.
-  s.half_edge_ = s.band_.half_solve(edge_);
-  Eigen::MatrixXd schur = corner_;
+  s.half_edge_ = std::move(edge_);
+  s.band_.half_solve_in_place(s.half_edge_);
+  Eigen::MatrixXd schur = std::move(corner_);
   schur.diagonal() *= 1 + damping;
   const Eigen::VectorXd before = schur.diagonal();
-  schur.selfadjointView<Eigen::Lower>().rankUpdate(s.half_edge_.transpose(), -1);
+  subtract_square(s.half_edge_, schur);
   schur = Eigen::MatrixXd(schur.selfadjointView<Eigen::Lower>());
   // Scaled to a unit diagonal of C, so that a pivot at rounding level means: the band can do all that this variable
   // does.
   const Eigen::VectorXd scale = before.cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
   const Eigen::LLT<Eigen::MatrixXd> factor(Eigen::MatrixXd(scale.asDiagonal() * schur * scale.asDiagonal()));
-  const double rounding = size() * std::numeric_limits<double>::epsilon();
+  const double rounding = (n + m) * std::numeric_limits<double>::epsilon();
   const Eigen::MatrixXd l = factor.matrixL();
   s.border_ok_ = factor.info() == Eigen::Success && (l.diagonal().array().square() > rounding).all();
   if (!s.border_ok_) return s;

@@ -58,19 +58,21 @@ class ArrowSystem {
     BandedCholesky band_;
     bool border_ok_ = false;
     double border_log_determinant_ = 0;
-    Eigen::MatrixXd half_edge_;  ///< L⁻¹·E
+    RowMajorMatrix half_edge_;  ///< L⁻¹·E
     Eigen::VectorXd step_;
     Eigen::MatrixXd border_covariance_;
   };
   /// Factors H + damping·diag(H) (Marquardt's scaling; 0 for Gauss–Newton) and solves.
-  [[nodiscard]] Solution solve(double damping = 0) const;
+  [[nodiscard]] Solution solve(double damping = 0) const&;
+  /// The same in the memory of a system that is not needed any more.
+  [[nodiscard]] Solution solve(double damping = 0) &&;
 
  private:
   void check(std::span<const Block> blocks, Eigen::Index rows, Eigen::Index gradient_rows) const;
   void add_to_band(int row, int column, const Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>& part);
 
   BandedMatrix band_;
-  Eigen::MatrixXd edge_;    ///< E, band_size × border_size
+  RowMajorMatrix edge_;     ///< E, band_size × border_size
   Eigen::MatrixXd corner_;  ///< C
   Eigen::VectorXd gradient_;
 };

@@ -50,9 +50,9 @@ namespace {
 /// So many right-hand sides are solved together.
 constexpr Eigen::Index fewest_side_by_side = 8;
 
-void require_rows(const Eigen::MatrixXd& b, int n) {
-  if (b.rows() != n)
-    throw std::invalid_argument("BandedCholesky: " + std::to_string(b.rows()) + " rows for a system of " +
+void require_rows(Eigen::Index rows, int n) {
+  if (rows != n)
+    throw std::invalid_argument("BandedCholesky: " + std::to_string(rows) + " rows for a system of " +
                                 std::to_string(n));
 }
 }  // namespace
@@ -75,29 +75,33 @@ BandedCholesky::BandedCholesky(BandedMatrix a) : l_(std::move(a)) {
   }
 }
 
+void BandedCholesky::half_solve_in_place(RowMajorMatrix& x) const {
+  const int n = l_.size(), w = l_.bandwidth();
+  require_rows(x.rows(), n);
+  // Columns that begin further down are left out until they do: `reach` grows, and never shrinks.
+  std::vector<Eigen::Index> reach(static_cast<std::size_t>(n));
+  Eigen::Index last = 0;
+  for (int j = 0; j < n; ++j) {
+    for (Eigen::Index k = x.cols(); k > last; --k)
+      if (x(j, k - 1) != 0) last = k;
+    reach[static_cast<std::size_t>(j)] = last;
+  }
+  for (int j = 0; j < n; ++j) {
+    const Eigen::Index columns = reach[static_cast<std::size_t>(j)];
+    if (columns == 0) continue;
+    auto row = x.row(j).head(columns);
+    row /= l_(j, j);
+    const int below = std::min(w, n - 1 - j);
+    for (int i = 1; i <= below; ++i) x.row(j + i).head(columns) -= l_(j + i, j) * row;
+  }
+}
+
 Eigen::MatrixXd BandedCholesky::half_solve(Eigen::MatrixXd b) const {
   const int n = l_.size(), w = l_.bandwidth();
-  require_rows(b, n);
-  if (b.cols() >= fewest_side_by_side) {  // row by row, all columns at once: long stretches of memory instead of short
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    RowMajor x = b;
-    // Columns that begin further down are left out until they do.
-    Eigen::Index used = 0;
-    std::vector<int> begins(static_cast<std::size_t>(b.cols()), n);
-    for (Eigen::Index k = 0; k < b.cols(); ++k)
-      for (int j = 0; j < n && begins[static_cast<std::size_t>(k)] == n; ++j)
-        if (b(j, k) != 0) begins[static_cast<std::size_t>(k)] = j;
-    for (int j = 0; j < n; ++j) {
-      while (used < b.cols() && begins[static_cast<std::size_t>(used)] <= j) ++used;
-      Eigen::Index reach = used;
-      for (Eigen::Index k = used; k < b.cols(); ++k)
-        if (begins[static_cast<std::size_t>(k)] <= j) reach = k + 1;
-      if (reach == 0) continue;
-      auto row = x.row(j).head(reach);
-      row /= l_(j, j);
-      const int below = std::min(w, n - 1 - j);
-      for (int i = 1; i <= below; ++i) x.row(j + i).head(reach) -= l_(j + i, j) * row;
-    }
+  require_rows(b.rows(), n);
+  if (b.cols() >= fewest_side_by_side) {  // long stretches of memory instead of short
+    RowMajorMatrix x = b;
+    half_solve_in_place(x);
     return x;
   }
   for (Eigen::Index k = 0; k < b.cols(); ++k) {
@@ -114,7 +118,7 @@ Eigen::MatrixXd BandedCholesky::half_solve(Eigen::MatrixXd b) const {
 
 Eigen::MatrixXd BandedCholesky::back_solve(Eigen::MatrixXd b) const {
   const int n = l_.size(), w = l_.bandwidth();
-  require_rows(b, n);
+  require_rows(b.rows(), n);
   for (Eigen::Index k = 0; k < b.cols(); ++k) {
     auto x = b.col(k);
     for (int j = n - 1; j >= 0; --j) {

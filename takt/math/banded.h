@@ -35,6 +35,8 @@ class BandedMatrix {
   Eigen::MatrixXd band_{1, 0};
 };
 
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 /// A = L·Lᵀ of a symmetric positive definite banded matrix.
 class BandedCholesky {
  public:
@@ -51,6 +53,8 @@ class BandedCholesky {
   [[nodiscard]] Eigen::MatrixXd solve(Eigen::MatrixXd b) const;
   /// L⁻¹·b: half of a solve; bᵀA⁻¹b = |L⁻¹b|².
   [[nodiscard]] Eigen::MatrixXd half_solve(Eigen::MatrixXd b) const;
+  /// The same in place, for many columns: row by row, all columns at once.
+  void half_solve_in_place(RowMajorMatrix& b) const;
   /// L⁻ᵀ·b: the other half.
   [[nodiscard]] Eigen::MatrixXd back_solve(Eigen::MatrixXd b) const;
   /// fᵀ·A⁻¹·f: the variance of fᵀx when A is the information of x.

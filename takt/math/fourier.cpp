@@ -72,7 +72,8 @@ std::vector<double> squared_norm(const Axes& x) {
 /// Autocorrelation summed over the axes, from the three spectra.
 std::vector<double> autocorrelation(const std::array<std::vector<Complex>, 3>& f, std::size_t size) {
   std::vector<Complex> power(f[0].size());
-  for (std::size_t k = 0; k < power.size(); ++k) power[k] = std::norm(f[0][k]) + std::norm(f[1][k]) + std::norm(f[2][k]);
+  for (std::size_t k = 0; k < power.size(); ++k)
+    power[k] = std::norm(f[0][k]) + std::norm(f[1][k]) + std::norm(f[2][k]);
   return from_spectrum(power, size);
 }
 

@@ -60,8 +60,10 @@ TEST(Fourier, ARotatedCopyCorrelatesFullyAtItsLagAlone) {
   for (std::size_t i = 0; i < c.r.size(); ++i) {
     const std::ptrdiff_t lag = c.first_lag + static_cast<std::ptrdiff_t>(i);
     // Means over the whole differ a little from those over the pairs.
-    if (lag == 70) EXPECT_GT(c.r[i], 0.99);
-    else EXPECT_LT(c.r[i], 0.6);
+    if (lag == 70)
+      EXPECT_GT(c.r[i], 0.99);
+    else
+      EXPECT_LT(c.r[i], 0.6);
   }
 }
 

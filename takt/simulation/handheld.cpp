@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "takt/simulation/camera_truth.h"
 #include "takt/simulation/random.h"
-#include "takt/version.h"
 
 namespace takt {
 
@@ -59,29 +59,6 @@ CameraStream rendered_camera(const HandheldOptions& o, const SimulatedCamera& ca
   return out;
 }
 
-Estimate truth_of(const HandheldOptions& o, const ClockMap<>& map) {
-  const auto& piece = map.pieces().front();
-  Estimate e;
-  e.method = "truth";
-  e.sensor = "cam0";
-  e.reference = "imu0";
-  e.verdict = Verdict::trusted;
-  e.offset = piece.offset + from_seconds(o.imu.delay_s());
-  e.sigma_s = 0;
-  e.epoch = as_stamp(piece.epoch);
-  e.drift = piece.drift;
-  e.drift_sigma = 0;
-  e.frame_instant = "middle";
-  e.frame_row = "first";
-  e.line_delay_s = o.camera.timing().line_delay_s();
-  e.line_delay_sigma_s = 0;
-  e.T_reference_sensor = o.camera.T_body_cam;
-  e.extras = {{"clock_offset_s", o.offset_s, 0.0}, {"imu_delay_s", o.imu.delay_s(), 0.0}};
-  e.provenance.version = version;
-  e.provenance.seed = o.seed;
-  return e;
-}
-
 /// What the cameras' clocks do besides: stamps from the step on are earlier by it, so that the offset is larger.
 void step_stamps(const HandheldOptions& o, std::vector<Exposure>& exposures, Estimate& truth) {
   if (o.step_s == 0) return;
@@ -123,9 +100,7 @@ void add_second_camera(const HandheldOptions& o, std::span<const Vec3> landmarks
   clocks.offset_s += o.stereo_offset_s;
   const std::uint64_t seed = mix64(o.seed + 1);
   std::vector<Exposure> exposures = simulate_exposures(camera, clocks, o.duration_s, seed);
-  Estimate truth = truth_of(o, clocks.sensor_to_reference(o.duration_s));
-  truth.sensor = "cam1";
-  truth.T_reference_sensor = camera.T_body_cam;
+  Estimate truth = camera_truth("cam1", camera, o.imu, clocks, o.duration_s, o.seed);
   step_stamps(o, exposures, truth);
   add_camera(o, camera, "cam1", landmarks, exposures, seed, out);
   Estimate first = out.truth;
@@ -140,7 +115,7 @@ SimulatedRecording simulate_handheld(const HandheldOptions& o) {
   out.clocks.drift = o.drift;
   out.trajectory = make_trajectory(o.motion, o.seed);
   out.exposures = simulate_exposures(o.camera, out.clocks, o.duration_s, o.seed);
-  out.truth = truth_of(o, out.clocks.sensor_to_reference(o.duration_s));
+  out.truth = camera_truth("cam0", o.camera, o.imu, out.clocks, o.duration_s, o.seed);
   step_stamps(o, out.exposures, out.truth);
   out.recording.format = "simulated";
   out.recording.notes.push_back("simulated: " + o.motion.name + ", seed " + std::to_string(o.seed));

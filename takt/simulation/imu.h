@@ -9,8 +9,9 @@
 
 namespace takt {
 
-/// An IMU at the body's origin, its axes the body's. Defaults: the class of an ADIS16448 (EuRoC's noise densities).
+/// An IMU on the body. Defaults: the class of an ADIS16448 (EuRoC's noise densities).
 struct SimulatedImu {
+  Mat4 T_body_imu = Mat4::Identity();
   double rate_hz = 200;
   ImuNoise noise{.gyro_density = 1.7e-4, .gyro_random_walk = 2e-5, .accel_density = 2e-3, .accel_random_walk = 3e-3};
   double gyro_bias_rad_s = 0.01;  ///< σ of each axis's initial bias
@@ -32,6 +33,10 @@ struct SimulatedImu {
   /// The rate at which the sensor itself samples, before its low-pass: a multiple of `rate_hz`.
   [[nodiscard]] double internal_rate_hz() const;
 };
+
+/// What the readings make of the true vector before bias and noise: lower triangular, drawn from the seed.
+[[nodiscard]] Mat3 gyro_matrix(const SimulatedImu& imu, std::uint64_t seed);
+[[nodiscard]] Mat3 accel_matrix(const SimulatedImu& imu, std::uint64_t seed);
 
 /// Samples at true times in [0, duration_s], stamped by the reference clock. Noise is white at the output and has the
 /// stated density; measured = M·true + bias + noise with M lower triangular, as Kalibr has it.

@@ -7,8 +7,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "takt/simulation/camera_truth.h"
 #include "takt/simulation/random.h"
-#include "takt/version.h"
 
 namespace takt {
 
@@ -108,45 +108,58 @@ CameraStream stream_of(const TargetFilmOptions& o, const TargetFilm& film, int n
   out.T_body_cam = film.cameras[k].T_body_cam;
   PrintedBoard scene = o.scene;
   scene.world_from_board = film.world_from_board;
-  const auto renderer =
-      std::make_shared<const BoardRenderer>(film.trajectory, film.cameras[k], scene, camera_seed(o, number));
   const auto schedule = std::make_shared<const std::vector<Exposure>>(film.exposures[k]);
-  out.open = [renderer, schedule, threads = o.threads] {
-    return std::make_unique<FilmReader>(renderer, schedule, threads);
+  out.open = [trajectory = film.trajectory, camera = film.cameras[k], scene, seed = camera_seed(o, number), schedule,
+              threads = o.threads] {
+    return std::make_unique<FilmReader>(std::make_shared<const BoardRenderer>(trajectory, camera, scene, seed),
+                                        schedule, threads);
   };
   return out;
 }
 
-Estimate truth_of(const TargetFilmOptions& o, const SimulatedCamera& camera, int number) {
-  const ClockMap<> map = clocks_of(o, number).sensor_to_reference(o.duration_s);
-  const auto& piece = map.pieces().front();
-  Estimate e;
-  e.method = "truth";
-  e.sensor = fmt::format("cam{}", number);
-  e.reference = "imu0";
-  e.verdict = Verdict::trusted;
-  e.offset = piece.offset + from_seconds(o.imu.delay_s());
-  e.sigma_s = 0;
-  e.epoch = as_stamp(piece.epoch);
-  e.drift = piece.drift;
-  e.drift_sigma = 0;
-  e.frame_instant = "middle";
-  e.frame_row = "first";
-  e.line_delay_s = camera.timing().line_delay_s();
-  e.line_delay_sigma_s = 0;
-  e.T_reference_sensor = camera.T_body_cam;
-  return e;
+/// Further IMUs sit aside and askew, and have clocks of their own.
+SimulatedImu imu_number(const TargetFilmOptions& o, int number) {
+  SimulatedImu imu = o.imu;
+  if (number == 0) return imu;
+  Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
+  step.translation() = Vec3(0.05, -0.03, 0.02) * number;
+  step.linear() = exp_so3(Vec3(0.4, -0.3, 0.9) * number).toRotationMatrix();
+  imu.T_body_imu = (Eigen::Isometry3d(o.imu.T_body_imu) * step).matrix();
+  return imu;
+}
+
+void add_imu(const TargetFilmOptions& o, int number, TargetFilm& film) {
+  const SimulatedImu imu = imu_number(o, number);
+  const double offset_s = number * o.imu_offset_step_s;
+  SimulatedClocks clocks = clocks_of(o, 0);
+  clocks.reference_start -= from_seconds(offset_s);
+  const std::uint64_t seed = number == 0 ? o.seed : Random(o.seed, fmt::format("imu{}", number)).bits();
+  ImuStream stream = simulate_imu(*film.trajectory, imu, clocks, o.duration_s, seed);
+  stream.name = stream.clock = fmt::format("imu{}", number);
+  film.recording.imus.push_back(std::move(stream));
+  if (number == 0) return;
+  Estimate truth;
+  truth.method = "truth";
+  truth.sensor = film.recording.imus.back().name;
+  truth.reference = "imu0";
+  truth.verdict = Verdict::trusted;
+  truth.offset = from_seconds(offset_s);
+  truth.sigma_s = truth.drift = truth.drift_sigma = 0;
+  truth.epoch = as_stamp(clocks.at(0.5 * o.duration_s));
+  truth.T_reference_sensor =
+      (Eigen::Isometry3d(o.imu.T_body_imu).inverse() * Eigen::Isometry3d(imu.T_body_imu)).matrix();
+  film.truth.estimates.push_back(std::move(truth));
 }
 
 }  // namespace
 
-Motion TargetFilmOptions::target_motion() {
+Motion TargetFilmOptions::target_motion(double turn_rad_s) {
   Motion m;
   m.name = "target";
   m.says = "excited before a board";
-  m.turn_calm_rad_s = m.turn_lively_rad_s = 1.6;
+  m.turn_calm_rad_s = m.turn_lively_rad_s = turn_rad_s;
   m.turn_low_hz = 0.4, m.turn_high_hz = 3;
-  m.speed_calm_m_s = m.speed_lively_m_s = 0.4;
+  m.speed_calm_m_s = m.speed_lively_m_s = 0.25 * turn_rad_s;
   m.speed_low_hz = 0.3, m.speed_high_hz = 2;
   return m;
 }
@@ -166,6 +179,7 @@ SimulatedCamera TargetFilmOptions::target_camera() {
 
 TargetFilm simulate_target(const TargetFilmOptions& o) {
   if (o.cameras < 1 || o.cameras > 8) throw std::invalid_argument(fmt::format("{} cameras: 1 to 8 of them", o.cameras));
+  if (o.imus < 1 || o.imus > 8) throw std::invalid_argument(fmt::format("{} IMUs: 1 to 8 of them", o.imus));
   check(o.scene.target);
   TargetFilm film;
   film.trajectory = make_trajectory(o.motion, o.seed);
@@ -173,19 +187,20 @@ TargetFilm simulate_target(const TargetFilmOptions& o) {
   film.board = board_points(o.scene.target);
   film.recording.format = "simulated";
   film.recording.notes.push_back("simulated: a board, seed " + std::to_string(o.seed));
-  film.recording.imus.push_back(simulate_imu(*film.trajectory, o.imu, clocks_of(o, 0), o.duration_s, o.seed));
-  std::vector<Estimate> truths;
   for (int k = 0; k < o.cameras; ++k) {
+    const std::string name = fmt::format("cam{}", k);
     film.cameras.push_back(camera_number(o, k));
-    film.exposures.push_back(simulate_exposures(film.cameras.back(), clocks_of(o, k), o.duration_s, camera_seed(o, k)));
+    film.exposures.push_back(simulate_exposures(film.cameras.back(), clocks_of(o, k), o.duration_s,
+                                                o.triggered_together ? o.seed : camera_seed(o, k)));
     film.recording.cameras.push_back(stream_of(o, film, k));
-    truths.push_back(truth_of(o, film.cameras.back(), k));
+    Estimate truth = camera_truth(name, film.cameras.back(), o.imu, clocks_of(o, k), o.duration_s, o.seed);
+    if (k == 0) film.truth = truth;
+    if (o.cameras > 1) film.truth.estimates.push_back(std::move(truth));
   }
-  film.truth = truths.front();
-  if (o.cameras > 1) film.truth.estimates = std::move(truths);
-  film.truth.extras = {{"clock_offset_s", o.offset_s, 0.0}, {"imu_delay_s", o.imu.delay_s(), 0.0}};
-  film.truth.provenance.version = version;
-  film.truth.provenance.seed = o.seed;
+  for (int k = 0; k < o.imus; ++k) add_imu(o, k, film);
+  const Vec3 gravity = film.world_from_board.linear().transpose() * gravity_world();
+  for (int i = 0; i < 3; ++i)
+    film.truth.extras.push_back({fmt::format("gravity_board_{}_m_s2", "xyz"[i]), gravity[i], 0.0});
   return film;
 }
 

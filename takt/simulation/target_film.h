@@ -10,7 +10,7 @@
 
 namespace takt {
 
-/// Cameras and an IMU on one body that is moved before a board, as for Kalibr.
+/// Cameras and IMUs on one body that is moved before a board, as for Kalibr.
 struct TargetFilmOptions {
   std::uint64_t seed = 1;
   double duration_s = 40;
@@ -23,19 +23,22 @@ struct TargetFilmOptions {
   int cameras = 1;
   double baseline_m = 0.11;         ///< from a camera to the next, along its x
   double camera_offset_step_s = 0;  ///< each further camera's offset is larger by this
+  bool triggered_together = false;  ///< all cameras take their frames at the same instants
   SimulatedCamera camera = target_camera();
   SimulatedImu imu;
+  int imus = 1;                  ///< further ones sit 6 cm from one to the next, turned a radian
+  double imu_offset_step_s = 0;  ///< by which imu0's clock is ahead of each further one's: imu0 − imuN
   int threads = 0;
 
-  /// 1.6 rad/s rms and 0.4 m/s rms about all axes.
-  [[nodiscard]] static Motion target_motion();
+  /// Turned about all axes with so many rad/s rms, moved at a quarter of that in m/s.
+  [[nodiscard]] static Motion target_motion(double turn_rad_s = 1.6);
   /// 752 × 480, EuRoC's lens, 20 frames/s, 2 ms.
   [[nodiscard]] static SimulatedCamera target_camera();
 };
 
 struct TargetFilm {
   Recording recording;
-  Estimate truth;  ///< of cam0 against imu0; those of all cameras in `truth.estimates`
+  Estimate truth;  ///< of cam0 against imu0; in `estimates` all cameras', if several, and further IMUs' against imu0
   std::shared_ptr<const Trajectory> trajectory;
   std::vector<SimulatedCamera> cameras;
   std::vector<std::vector<Exposure>> exposures;  ///< true times of each camera's frames
@@ -43,7 +46,8 @@ struct TargetFilm {
   std::vector<Vec3> board;  ///< its points
 };
 
-/// Pictures are rendered when they are read.
+/// Pictures are rendered when they are read: a film that nobody reads costs next to nothing.
+/// `truth.extras`: gravity in the board's frame too (gravity_board_x_m_s2 …).
 [[nodiscard]] TargetFilm simulate_target(const TargetFilmOptions& options);
 
 }  // namespace takt

@@ -1,18 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/simulation/target_parameters.h"
 
-#include <stdexcept>
-
 namespace takt {
 
 namespace {
-
-ExposureInstant instant_of(const std::string& stamp) {
-  if (stamp == "start") return ExposureInstant::start;
-  if (stamp == "middle") return ExposureInstant::middle;
-  if (stamp == "end") return ExposureInstant::end;
-  throw_bad_value("stamp", stamp, "is none of start, middle, end");
-}
 
 Target target_of(const TargetParameters& p) {
   const auto count = [](int given, int otherwise) { return given != 0 ? given : otherwise; };
@@ -27,31 +18,14 @@ Target target_of(const TargetParameters& p) {
 
 /// The ranges outside which the words of the description lose their meaning.
 void check(const TargetParameters& p) {
-  TargetParameters copy = p;
-  auto not_negative = [](const std::string& field, const auto& value, const std::string&) {
-    using Value = std::decay_t<decltype(value)>;
-    if constexpr (std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>) {
-      if (value < 0 && field != "offset_s" && field != "drift_ppm" && field != "camera_offset_step_s")
-        throw_bad_value(field, parameter_text(value), "is negative");
-    }
-  };
-  describe(copy, not_negative);
-  const auto within = [](const std::string& field, double value, double low, double high) {
-    if (!(value >= low && value <= high))
-      throw_bad_value(field, parameter_text(value),
-                      "does not lie between " + parameter_text(low) + " and " + parameter_text(high));
-  };
-  within("duration_s", p.duration_s, 0.5, 86400);
-  within("frame_rate_hz", p.frame_rate_hz, 0.1, 10000);
-  within("imu_rate_hz", p.imu_rate_hz, 1, 100000);
-  within("drift_ppm", p.drift_ppm, -10000, 10000);
-  within("offset_s", p.offset_s, -1e9, 1e9);
-  within("distance_m", p.distance_m, 0.05, 100);
-  within("drop", p.drop, 0, 0.99);
-  within("imu_drop", p.imu_drop, 0, 0.99);
-  within("exposure_swing", p.exposure_swing, 0, 0.99);
-  within("lens_blur_px", p.lens_blur_px, 0, 1);
-  within("cameras", p.cameras, 1, 8);
+  require_none_negative(p);
+  require_within("duration_s", p.duration_s, 0.5, 86400);
+  require_within("drift_ppm", p.drift_ppm, -10000, 10000);
+  require_within("offset_s", p.offset_s, -1e9, 1e9);
+  require_within("distance_m", p.distance_m, 0.05, 100);
+  require_within("lens_blur_px", p.lens_blur_px, 0, 1);
+  require_within("cameras", p.cameras, 1, 8);
+  require_within("imus", p.imus, 1, 8);
 }
 
 }  // namespace
@@ -106,28 +80,18 @@ TargetFilmOptions to_options(const TargetParameters& p) {
   o.scene.target = target_of(p);
   check(o.scene.target);
   o.scene.appears_s = p.board_from_s;
-  o.scene.noise = {p.read_noise, p.shot_noise};
   o.scene.blur_px = p.lens_blur_px;
   o.distance_m = p.distance_m;
   o.cameras = p.cameras;
   o.baseline_m = p.baseline_m;
   o.camera_offset_step_s = p.camera_offset_step_s;
   o.camera.exactly = lens_named(p.lens);
-  o.camera.rate_hz = p.frame_rate_hz;
-  o.camera.exposure_s = p.exposure_s;
-  o.camera.exposure_swing = p.exposure_swing;
-  o.camera.stamp = instant_of(p.stamp);
   o.camera.readout_s = p.line_delay_s * o.camera.exactly->height;
-  o.camera.jitter_s = p.jitter_s;
-  o.camera.drop_fraction = p.drop;
-  o.imu.rate_hz = p.imu_rate_hz;
-  o.imu.noise = {p.gyro_noise, p.gyro_walk, p.accel_noise, p.accel_walk};
-  o.imu.gyro_bias_rad_s = p.gyro_bias_rad_s;
-  o.imu.accel_bias_m_s2 = p.accel_bias_m_s2;
-  o.imu.scale_error = p.imu_scale;
-  o.imu.misalignment_rad = p.imu_misalignment_rad;
-  o.imu.jitter_s = p.imu_jitter_s;
-  o.imu.drop_fraction = p.imu_drop;
+  o.triggered_together = p.triggered_together;
+  apply(p.frames, o.camera, o.scene.noise);
+  o.imus = p.imus;
+  o.imu_offset_step_s = p.imu_offset_step_s;
+  apply(p.imu, o.imu);
   return o;
 }
 

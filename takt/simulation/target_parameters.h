@@ -3,6 +3,7 @@
 #include <string>
 
 #include "takt/simulation/parameters.h"
+#include "takt/simulation/sensor_parameters.h"
 #include "takt/simulation/target_film.h"
 
 namespace takt {
@@ -26,23 +27,15 @@ struct TargetParameters {
 
   int cameras = 1;
   double baseline_m = TargetFilmOptions{}.baseline_m, camera_offset_step_s = 0;
+  bool triggered_together = false;
   std::string lens = "radtan";
-  double frame_rate_hz = 20;
-  double exposure_s = 0.002;
-  double exposure_swing = 0;
-  std::string stamp = "middle";
   double line_delay_s = 0;
-  double jitter_s = 0;
-  double drop = 0;
-  double read_noise = ImageNoise{}.read, shot_noise = ImageNoise{}.shot;
   double lens_blur_px = PrintedBoard{}.blur_px;
+  FrameParameters frames{.exposure_s = 0.002};
 
-  double imu_rate_hz = SimulatedImu{}.rate_hz;
-  double gyro_noise = SimulatedImu{}.noise.gyro_density, gyro_walk = SimulatedImu{}.noise.gyro_random_walk;
-  double accel_noise = SimulatedImu{}.noise.accel_density, accel_walk = SimulatedImu{}.noise.accel_random_walk;
-  double gyro_bias_rad_s = SimulatedImu{}.gyro_bias_rad_s, accel_bias_m_s2 = SimulatedImu{}.accel_bias_m_s2;
-  double imu_scale = 0, imu_misalignment_rad = 0;
-  double imu_jitter_s = 0, imu_drop = 0;
+  int imus = 1;
+  double imu_offset_step_s = 0;
+  ImuParameters imu;
 };
 
 template <class Visitor>
@@ -68,28 +61,14 @@ void describe(TargetParameters& p, Visitor& v) {
   v("cameras", p.cameras, "beside each other, each with a clock of its own");
   v("baseline_m", p.baseline_m, "from a camera to the next");
   v("camera_offset_step_s", p.camera_offset_step_s, "by which each further camera's offset is larger");
+  v("triggered_together", p.triggered_together, "all cameras take their frames at the same instants");
   v("lens", p.lens, "none, radtan, equidistant, fov, omni, ds, eucm");
-  v("frame_rate_hz", p.frame_rate_hz, "frames a second");
-  v("exposure_s", p.exposure_s, "exposure time");
-  v("exposure_swing", p.exposure_swing, "auto-exposure: fraction by which the exposure varies");
-  v("stamp", p.stamp, "what a frame's stamp means: start, middle or end of the exposure");
   v("line_delay_s", p.line_delay_s, "rolling shutter: from a row to the next; 0: global shutter");
-  v("jitter_s", p.jitter_s, "sigma of the frames' stamps");
-  v("drop", p.drop, "fraction of the frames that never arrive");
-  v("read_noise", p.read_noise, "sigma of a dark pixel in grey levels");
-  v("shot_noise", p.shot_noise, "variance added for each grey level");
   v("lens_blur_px", p.lens_blur_px, "sigma of the lens' blur");
-  v("imu_rate_hz", p.imu_rate_hz, "samples a second");
-  v("gyro_noise", p.gyro_noise, "density, rad/s/sqrt(Hz)");
-  v("gyro_walk", p.gyro_walk, "bias random walk, rad/s^2/sqrt(Hz)");
-  v("accel_noise", p.accel_noise, "density, m/s^2/sqrt(Hz)");
-  v("accel_walk", p.accel_walk, "bias random walk, m/s^3/sqrt(Hz)");
-  v("gyro_bias_rad_s", p.gyro_bias_rad_s, "sigma of the initial bias");
-  v("accel_bias_m_s2", p.accel_bias_m_s2, "sigma of the initial bias");
-  v("imu_scale", p.imu_scale, "sigma of the scale errors");
-  v("imu_misalignment_rad", p.imu_misalignment_rad, "sigma of the axes' tilts");
-  v("imu_jitter_s", p.imu_jitter_s, "sigma of the IMU's stamps");
-  v("imu_drop", p.imu_drop, "fraction of the IMU samples that never arrive");
+  describe(p.frames, v);
+  v("imus", p.imus, "on the same body, each with a clock of its own");
+  v("imu_offset_step_s", p.imu_offset_step_s, "by which imu0's clock is ahead of each further one's");
+  describe(p.imu, v);
 }
 
 /// Throws std::invalid_argument naming the parameter that no simulation can have.

@@ -5,9 +5,10 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "takt/error.h"
-#include "takt/simulation/folder_writer.h"
 #include "takt/math/parallel.h"
+#include "takt/simulation/folder_writer.h"
 #include "takt/simulation/yaml_text.h"
+#include "takt/streams/kalibr_names.h"
 
 namespace fs = std::filesystem;
 
@@ -29,8 +30,10 @@ std::string camera_yaml(const CameraStream& camera) {
     const Intrinsics all = intrinsics_of(m);
     const auto coeffs = all.data() + all.size() - coeff_count(m.distortion);
     out += fmt::format("resolution: [{}, {}]\ncamera_model: {}\nintrinsics: [{}]\n", m.width, m.height,
-                       projection_name(m.projection), fmt::join(all.data(), coeffs, ", "));
-    out += fmt::format("distortion_model: {}\n", distortion_name(m.distortion, "radial-tangential"));
+                       kalibr_name(m.projection), fmt::join(all.data(), coeffs, ", "));
+    // EuRoC's name of Kalibr's radtan.
+    const std::string distortion = m.distortion == Distortion::radtan ? "radial-tangential" : kalibr_name(m.distortion);
+    out += fmt::format("distortion_model: {}\n", distortion);
     out += fmt::format("distortion_coefficients: [{}]\n", fmt::join(coeffs, all.data() + all.size(), ", "));
   }
   return out + timing_yaml(camera.timing, "");

@@ -5,6 +5,7 @@
 
 #include "takt/simulation/folder_writer.h"
 #include "takt/simulation/yaml_text.h"
+#include "takt/streams/kalibr_names.h"
 
 namespace takt {
 
@@ -24,7 +25,7 @@ std::string imu_yaml(const ImuStream& imu) {
 std::string camera_yaml(const TrackStream& t) {
   std::string out = fmt::format("{}:\n  resolution: [{}, {}]\n", t.name, t.model.width, t.model.height);
   out += fmt::format("  distortion_model: {}\n  intrinsics: [{}, {}, {}, {}]  # fx fy cx cy\n",
-                     distortion_name(t.model.distortion, "radtan"), t.model.fx, t.model.fy, t.model.cx, t.model.cy);
+                     kalibr_name(t.model.distortion), t.model.fx, t.model.fy, t.model.cx, t.model.cy);
   out += fmt::format("  distortion_coeffs: [{}]\n", fmt::join(t.model.coeffs, ", "));
   if (t.pixel_sigma) out += fmt::format("  pixel_noise_sigma: {}\n", *t.pixel_sigma);
   out += fmt::format("  rolling_shutter_line_delay_s: {}\n", t.timing.line_delay_s()) + timing_yaml(t.timing, "  ");

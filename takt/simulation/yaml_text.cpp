@@ -24,17 +24,6 @@ std::string timing_yaml(const FrameTiming& timing, const std::string& indent) {
                      timing.shutter == Shutter::rolling ? "rolling" : "global");
 }
 
-std::string distortion_name(Distortion d, const std::string& radtan_name) {
-  return d == Distortion::none     ? "none"
-         : d == Distortion::radtan ? radtan_name
-         : d == Distortion::fov    ? "fov"
-                                   : "equidistant";
-}
-
-std::string projection_name(Projection p) {
-  return p == Projection::pinhole ? "pinhole" : p == Projection::omni ? "omni" : p == Projection::eucm ? "eucm" : "ds";
-}
-
 void append_imu_rows(const ImuStream& imu, std::string& csv) {
   for (std::size_t i = 0; i < imu.size(); ++i) {
     const Vec3& w = imu.gyro_rad_s[i];

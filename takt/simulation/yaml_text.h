@@ -11,10 +11,6 @@ namespace takt {
 [[nodiscard]] std::string transform_yaml(const std::string& key, const Mat4& T);
 /// stamp, exposure_s, readout_s, shutter: one a line.
 [[nodiscard]] std::string timing_yaml(const FrameTiming& timing, const std::string& indent);
-/// "none", "equidistant", or `radtan_name`: EuRoC and Kalibr spell it differently.
-[[nodiscard]] std::string distortion_name(Distortion d, const std::string& radtan_name);
-/// Kalibr's name.
-[[nodiscard]] std::string projection_name(Projection p);
 /// t_ns,wx,wy,wz[,ax,ay,az] with the shortest digits that read back the same.
 void append_imu_rows(const ImuStream& imu, std::string& csv);
 

@@ -3,9 +3,9 @@
 
 #include <fmt/core.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "takt/calibration/words.h"
 #include "takt/error.h"
@@ -45,55 +45,27 @@ std::vector<ImuStream> imus_of(const Recording& recording, const CalibrateJob& j
   return imus;
 }
 
-/// imuN against imu0, by what both say of the first camera. Errors of the camera that they share are counted twice.
-Estimate between_imus(const Estimate& cam_to_0, const Estimate& cam_to_n) {
-  Estimate e;
-  e.method = cam_to_n.method;
-  e.sensor = cam_to_n.reference;
-  e.reference = cam_to_0.reference;
-  e.verdict = Verdict::trusted;
-  for (const Estimate* one : {&cam_to_0, &cam_to_n})
-    if (!one->answered()) {
-      e.doubt(Verdict::refused, fmt::format("{} against {} has no answer", one->sensor, one->reference));
-      return e;
-    }
-  // t_0 = t_cam + a, t_n = t_cam + b: t_0 = t_n + (a − b), at the instant that is b's epoch on imuN's clock.
-  const Duration there = *cam_to_n.offset;
-  const Duration here =
-      *cam_to_0.offset + from_seconds(cam_to_0.drift.value_or(0) * to_seconds(cam_to_n.epoch - cam_to_0.epoch));
-  e.offset = here - there;
-  e.sigma_s = std::hypot(*cam_to_0.sigma_s, *cam_to_n.sigma_s);
-  e.epoch = cam_to_n.epoch + there;
-  e.drift = cam_to_0.drift.value_or(0) - cam_to_n.drift.value_or(0);
-  if (cam_to_0.drift_sigma && cam_to_n.drift_sigma)
-    e.drift_sigma = std::hypot(*cam_to_0.drift_sigma, *cam_to_n.drift_sigma);
-  if (cam_to_0.T_reference_sensor && cam_to_n.T_reference_sensor)
-    e.T_reference_sensor = *cam_to_0.T_reference_sensor * cam_to_n.T_reference_sensor->inverse();
-  for (const Estimate* one : {&cam_to_0, &cam_to_n})
-    if (one->verdict != Verdict::trusted)
-      e.doubt(Verdict::weak, fmt::format("{} against {} is weak", one->sensor, one->reference));
-  return e;
-}
-
-double extra(const Estimate& e, const std::string& name) {
+std::optional<double> extra(const Estimate& e, const std::string& name) {
   for (const Extra& x : e.extras)
     if (x.name == name) return x.value;
-  return 0;
+  return std::nullopt;
 }
 
 /// Kalibr would weigh by these figures; here they are measured, so that a wrong one does no harm, but is said.
-void compare_noise(Estimate& e, const CalibrateJob& job, const std::vector<KalibrImu>& said) {
-  if (said.empty() || !e.answered()) return;
-  const auto compare = [&](const char* what, double stated, double measured) {
+void compare_noise(Estimate& e, const Estimate& measured_by, const KalibrImu& said, const std::string& file) {
+  if (!e.answered()) return;
+  const auto compare = [&](const char* what, double stated, const char* name) {
+    const double measured = extra(measured_by, name).value_or(0);
     if (!(stated > 0 && measured > 0)) return;
     const double factor = measured / stated;
     if (factor < noted_noise_factor && factor > 1 / noted_noise_factor) return;
     e.reasons.push_back(
-        fmt::format("the noise of the {} is {:.2g} times what {} says ({:.3g}); the measured one was used", what,
-                    factor, job.imu, stated));
+        fmt::format("the noise of {}'s {} is {:.2g} times what {} says ({:.3g}); the measured one was used",
+                    measured_by.sensor.starts_with("imu") ? measured_by.sensor : measured_by.reference, what, factor,
+                    file, stated));
   };
-  compare("gyro", said.front().noise.gyro_density, extra(e, "gyro_noise_rad_s_sqrthz"));
-  compare("accelerometer", said.front().noise.accel_density, extra(e, "accel_noise_m_s2_sqrthz"));
+  compare("gyro", said.noise.gyro_density, "gyro_noise_rad_s_sqrthz");
+  compare("accelerometer", said.noise.accel_density, "accel_noise_m_s2_sqrthz");
 }
 
 void join_others(Estimate& main, const std::vector<Estimate>& all) {
@@ -121,6 +93,37 @@ double stamp_to_middle(const CornerStream& s) {
   return s.timing.to_exposure_middle_s(exposure);
 }
 
+const Estimate* first_answer(const Calibrated& result) {
+  for (std::size_t i = 0; i < result.cameras.size(); ++i)
+    if (result.all[i].answered()) return &result.all[i];
+  return nullptr;
+}
+
+/// What an answer says of its IMU. M of the gyro is lower triangular times a rotation, as Kalibr has it: G = M·C.
+KalibrImu kalibr_imu(const Estimate& e, const std::string& name, double rate_hz) {
+  KalibrImu imu;
+  imu.noise.gyro_density = extra(e, "gyro_noise_rad_s_sqrthz").value_or(0);
+  imu.noise.accel_density = extra(e, "accel_noise_m_s2_sqrthz").value_or(0);
+  imu.update_rate_hz = rate_hz;
+  imu.rostopic = name;
+  imu.model = "calibrated";
+  imu.T_i_b = Mat4::Identity();
+  imu.time_offset_s = 0;
+  if (!extra(e, "gyro_matrix_00")) return imu;
+  Mat3 gyro = Mat3::Identity(), accel = Mat3::Identity();
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) {
+      gyro(row, column) = extra(e, fmt::format("gyro_matrix_{}{}", row, column)).value_or(row == column);
+      accel(row, column) = extra(e, fmt::format("accel_matrix_{}{}", row, column)).value_or(row == column);
+    }
+  // G·Gᵀ = M·Mᵀ.
+  const Mat3 M = Eigen::LLT<Mat3>(gyro * gyro.transpose()).matrixL();
+  imu.model = "scale-misalignment";
+  imu.accelerometers = KalibrTriad{.M = accel};
+  imu.gyroscopes = KalibrTriad{.M = M, .C_gyro_i = Mat3(M.inverse() * gyro), .A = Mat3::Zero()};
+  return imu;
+}
+
 }  // namespace
 
 Calibrated calibrate(const CalibrateJob& job) {
@@ -134,13 +137,10 @@ Calibrated calibrate(const CalibrateJob& job) {
   out.cameras = see_board(cameras, target, job.batch.threads, job.progress);
   out.imu_rate_hz = audit(imus.front().stamps).rate_hz.value_or(0);
 
-  for (const CornerStream& camera : out.cameras) out.all.push_back(calibrate_batch(camera, imus.front(), job.batch));
-  for (std::size_t i = 1; i < imus.size(); ++i) {
-    const Estimate other = calibrate_batch(out.cameras.front(), imus[i], job.batch);
-    out.all.push_back(between_imus(out.all.front(), other));
-  }
+  out.all = calibrate_rig(out.cameras, imus, job.batch);
   out.estimate = out.all.front();
-  compare_noise(out.estimate, job, said);
+  for (std::size_t m = 0; m < std::min(said.size(), imus.size()); ++m)
+    compare_noise(out.estimate, m == 0 ? out.all.front() : out.all[out.cameras.size() + m - 1], said[m], job.imu);
   join_others(out.estimate, out.all);
   out.estimate.notes = std::move(notes);
   out.files = recording.files;
@@ -178,24 +178,16 @@ KalibrFiles kalibr_files(const Calibrated& result, bool opencv) {
   }
   out.camchain = write_kalibr_camchain(chain, style);
 
-  const Estimate& e = result.estimate;
-  KalibrImu imu;
-  imu.noise.gyro_density = extra(e, "gyro_noise_rad_s_sqrthz");
-  imu.noise.accel_density = extra(e, "accel_noise_m_s2_sqrthz");
-  imu.update_rate_hz = result.imu_rate_hz;
-  imu.rostopic = e.reference;
-  imu.model = "calibrated";
-  imu.T_i_b = Mat4::Identity();
-  imu.time_offset_s = 0;
-  std::vector<KalibrImu> imus{imu};
+  std::vector<KalibrImu> imus;
+  if (const Estimate* body = first_answer(result))
+    imus.push_back(kalibr_imu(*body, body->reference, result.imu_rate_hz));
   for (std::size_t i = result.cameras.size(); i < result.all.size(); ++i) {
     const Estimate& other = result.all[i];
     if (!other.answered()) continue;
-    KalibrImu more = imu;
-    more.rostopic = other.sensor;
+    KalibrImu more = kalibr_imu(other, other.sensor, result.imu_rate_hz);
     more.time_offset_s = to_seconds(*other.offset);
     if (other.T_reference_sensor) more.T_i_b = other.T_reference_sensor->inverse();
-    imus.push_back(more);
+    imus.push_back(std::move(more));
   }
   out.imu = write_kalibr_imus(imus, style);
   return out;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -74,6 +75,29 @@ TEST_F(Calibrate, KalibrsFilesSayTheSame) {
     EXPECT_LT((*chain[0].T_cam_imu * *e.T_reference_sensor - Mat4::Identity()).norm(), 1e-9);
     EXPECT_EQ(read_kalibr_imus(files.imu, "imu").size(), 1u);
   }
+}
+
+TEST_F(Calibrate, NoiseFiguresThatAreWrongAreNamedAndDoNoHarm) {
+  const KalibrImu right = read_kalibr_imus_file(folder() + "/imu.yaml").at(0);
+  for (const double factor : {10.0, 0.1}) {
+    KalibrImu wrong = right;
+    wrong.noise.gyro_density *= factor;
+    wrong.noise.accel_density *= factor;
+    CalibrateJob j = job();
+    j.imu = (root() / "wrong.yaml").string();
+    std::ofstream(j.imu) << write_kalibr_imus({wrong});
+    const Estimate e = calibrate(j).estimate;
+    EXPECT_EQ(e.offset, calibrated().estimate.offset);
+    EXPECT_EQ(e.sigma_s, calibrated().estimate.sigma_s);
+    for (const std::string what : {"gyro", "accelerometer"})
+      EXPECT_TRUE(std::ranges::any_of(e.reasons,
+                                      [&](const std::string& why) {
+                                        return why.find("noise of imu0's " + what) != std::string::npos &&
+                                               why.find("wrong.yaml") != std::string::npos;
+                                      }))
+          << what << " " << factor;
+  }
+  for (const std::string& why : calibrated().estimate.reasons) EXPECT_EQ(why.find("the noise of"), std::string::npos);
 }
 
 TEST_F(Calibrate, AMissingTargetIsOneClearLine) {

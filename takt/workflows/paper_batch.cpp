@@ -2,8 +2,7 @@
 #include "takt/workflows/paper_batch.h"
 
 #include "takt/estimators/batch/batch.h"
-#include "takt/simulation/board_scene.h"
-#include "takt/streams/target.h"
+#include "takt/simulation/simulated_corners.h"
 
 namespace takt::paper {
 
@@ -12,9 +11,9 @@ namespace {
 constexpr double recording_s = 8;
 constexpr double accel_density = 2.9e-3;  // m/s²/√Hz: 300 µg/√Hz, the MPU9250's data sheet
 
-BoardOptions free_motion(const PendulumRig& rig, std::uint64_t seed) {
+TargetFilmOptions free_motion(const PendulumRig& rig, std::uint64_t seed) {
   const GyroModel& gyro = rig.imus.front();
-  BoardOptions o;
+  TargetFilmOptions o;
   o.seed = seed;
   o.duration_s = recording_s;
   o.offset_s = 0;
@@ -31,12 +30,12 @@ BoardOptions free_motion(const PendulumRig& rig, std::uint64_t seed) {
 }  // namespace
 
 BatchDelay batch_delay(const PendulumRig& rig, std::uint64_t seed) {
-  const BoardOptions options = free_motion(rig, seed);
-  SimulatedBoard run = simulate_board(options, {}, board_points(AprilGrid{}));
+  const TargetFilmOptions options = free_motion(rig, seed);
+  SimulatedBoard run = simulate_board(options);
   BatchDelay out;
-  out.truth = 1e3 * (to_seconds(*run.truth.offset) + run.corners.timing.to_exposure_middle_s(rig.camera.exposure_s));
-  run.corners.timing.instant = ExposureInstant::middle;
-  const Estimate e = calibrate_batch(run.corners, run.imu, {.threads = 1});
+  out.truth = 1e3 * (to_seconds(*run.truth.offset) + run.cameras[0].timing.to_exposure_middle_s(rig.camera.exposure_s));
+  run.cameras[0].timing.instant = ExposureInstant::middle;
+  const Estimate e = calibrate_batch(run.cameras[0], run.imus[0], {.threads = 1});
   out.verdict = e.verdict;
   if (!e.answered()) return out;
   out.delay = 1e3 * to_seconds(*e.offset);

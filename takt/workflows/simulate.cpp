@@ -164,17 +164,19 @@ Estimate write_target(const SimulationRequest& request) {
   options.threads = request.threads;
   TargetFilm made = simulate_target(options);
   made.truth.provenance.command = request.command;
-  const ImuStream& imu = made.recording.imus.front();
+  std::vector<KalibrImu> imus;
+  for (const ImuStream& imu : made.recording.imus)
+    imus.push_back({.noise = *imu.noise, .update_rate_hz = p.imu.imu_rate_hz, .rostopic = "/" + imu.name});
 
   NewFolder folder(request.folder);
-  // What is to be found does not stand beside the pictures: a camera's mounting is in truth.json alone.
+  // What is to be found does not stand beside the pictures: how the sensors are mounted is in truth.json alone.
   Recording told = made.recording;
   for (CameraStream& camera : told.cameras) camera.T_body_cam.reset();
+  for (ImuStream& imu : told.imus) imu.T_body_imu.reset();
   write_asl(told, folder, request.threads, request.progress);
   folder.write("target.yaml", write_kalibr_target(options.scene.target));
   folder.write("camchain.yaml", write_kalibr_camchain(camchain_of(made.recording)));
-  folder.write("imu.yaml",
-               write_kalibr_imus({{.noise = *imu.noise, .update_rate_hz = p.imu_rate_hz, .rostopic = "/imu0"}}));
+  folder.write("imu.yaml", write_kalibr_imus(imus));
   folder.write("truth.json", truth_json(made.truth, "target", parameters(p)));
   folder.finish();
   return made.truth;
@@ -187,7 +189,7 @@ const std::array<SimulationKind, 5> kinds{{
      write_rig},
     {"pendulum", "a camera before a dial and one or more IMUs on a pendulum's bob",
      [] { return parameters(PendulumParameters{}); }, write_pendulum},
-    {"target", "cameras and an IMU moved before a calibration board, as for Kalibr",
+    {"target", "cameras and IMUs moved before a calibration board, as for Kalibr",
      [] { return parameters(TargetParameters{}); }, write_target},
     {"clock", "a counter with a 1PPS, a GNSS receiver's messages, and exchanges with a host",
      [] { return parameters(ClockParameters{}); }, write_clock},

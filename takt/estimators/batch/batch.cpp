@@ -5,10 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <deque>
 #include <stdexcept>
 
 #include "takt/calibration/words.h"
+#include "takt/estimators/batch/answer.h"
 #include "takt/estimators/batch/evidence.h"
 #include "takt/estimators/batch/verdict.h"
 
@@ -21,70 +22,37 @@ namespace {
 constexpr double significant_sigmas = 4;
 /// Rows that ask for less than this between the first and the last are a global shutter's (s).
 constexpr double shortest_readout_s = 2e-5;
-constexpr double plausible_drift = 5e-4;
 constexpr double usual_knots_s = 0.02, closest_knots_s = 0.005;
 /// Neighbouring residuals that are alike by more than this: the spline is too stiff for the motion.
 constexpr double stiff_correlation = 0.1;
 constexpr double seconds_a_window = 5;
-/// The models look at the same data: they may differ by this share of what those know.
-constexpr double models_agree_sigmas = 2;
-/// Stamps that jitter by less are as good as any.
-constexpr double noted_jitter_s = 2e-5;
+/// The models look at the same data: they may differ by this share of what those know. Where the spline has more
+/// sensors to look at, by more.
+constexpr double models_agree_sigmas = 2, joint_agrees_sigmas = 4;
 
-/// One model's answer in internal units, before it is written as an Estimate.
-struct Found {
-  const Calibration& calibration;
-  const BorderLayout& layout;
-  const Eigen::MatrixXd& covariance;
-  const Noise& noise;
+// --- One camera against one IMU, by the discrete model ---
 
-  [[nodiscard]] double sigma(int border) const { return border < 0 ? 0 : std::sqrt(covariance(border, border)); }
+struct Pair {
+  const CameraSession* camera = nullptr;
+  const ImuSession* imu = nullptr;
+  Start start;
+  DiscreteFit fast;
+  std::vector<std::string> refusals;  ///< empty: it is calibrated
 };
 
-Estimate blank(const CornerStream& camera, const ImuStream& imu) {
-  Estimate e;
-  e.method = "spline";
-  e.sensor = camera.name;
-  e.reference = imu.name;
-  e.verdict = Verdict::trusted;
-  e.frame_instant = "middle";
-  e.frame_row = camera.timing.row == RowReference::first ? "first" : "middle";
-  return e;
+Pair fit_pair(const CameraSession& camera, const ImuSession& imu, const BatchOptions& options) {
+  Pair out{&camera, &imu, find_start(camera, imu), {}, {}};
+  if (!out.start.refusal.empty()) {
+    out.refusals = {out.start.refusal};
+    return out;
+  }
+  out.fast = fit_discrete(camera, imu, out.start, {.threads = options.threads});
+  if (out.fast.converged) return out;
+  out.refusals = {out.fast.failure};
+  const TurnExcitation turn = turn_excitation(imu, out.start.R_imu_cam, imu.curve.begin_s(), imu.curve.end_s());
+  if (const std::string advice = turn_advice(turn); !advice.empty()) out.refusals.push_back(advice);
+  return out;
 }
-
-void add_triple(Estimate& e, const char* pattern, const Vec3& value, const Found& f, int border) {
-  for (int i = 0; i < 3; ++i)
-    e.extras.push_back({fmt::format(fmt::runtime(pattern), "xyz"[i]), value[i], f.sigma(border + i)});
-}
-
-/// The calibration block as a result: everything with its σ.
-void write_block(Estimate& e, const Found& f, const CameraSession& camera, const ImuSession& imu) {
-  const CameraLink& link = f.calibration.cameras[0];
-  const BorderLayout::Camera& at = f.layout.cameras[0];
-  e.offset = (imu.epoch - camera.epoch) + from_seconds(link.offset_s);
-  e.sigma_s = f.sigma(at.offset);
-  e.epoch = camera.epoch + from_seconds(link.centre_s);
-  e.drift = link.drift;
-  if (at.drift >= 0) e.drift_sigma = f.sigma(at.drift);
-  e.line_delay_s = link.line_delay_s;
-  if (at.line_delay >= 0) e.line_delay_sigma_s = f.sigma(at.line_delay);
-  e.T_reference_sensor = link.T_imu_cam.matrix();
-
-  add_triple(e, "rotation_{}_rad", log_so3(link.T_imu_cam.rotation), f, at.rotation);
-  add_triple(e, "translation_{}_m", link.T_imu_cam.translation, f, at.translation);
-  add_triple(e, "gravity_board_{}_m_s2", f.calibration.gravity_board, f, f.layout.gravity);
-  e.extras.push_back({"board_scale", f.calibration.board_scale, f.sigma(f.layout.board_scale)});
-  const BiasCurve& bias = f.calibration.bias;
-  const auto middle = bias.at(bias.begin_s + 0.5 * bias.knots.duration_s());
-  const int bias_at = f.layout.bias + 6 * (middle.first + 1);  // the control point that acts most
-  add_triple(e, "gyro_bias_{}_rad_s", bias.gyro(middle), f, bias_at);
-  add_triple(e, "accel_bias_{}_m_s2", bias.accel(middle), f, bias_at + 3);
-  e.extras.push_back({"corner_noise_px", f.noise.corner_px, std::nullopt});
-  e.extras.push_back({"gyro_noise_rad_s_sqrthz", f.noise.gyro_density, std::nullopt});
-  e.extras.push_back({"accel_noise_m_s2_sqrthz", f.noise.accel_density, std::nullopt});
-}
-
-// --- The discrete model ---
 
 /// A drift that the data do not ask for is fixed at none: by conditioning, exact for Gaussian errors.
 void drop_small_drift(DiscreteFit& fit, bool keep) {
@@ -104,14 +72,20 @@ bool rows_ask(const DiscreteFit& fit, const CameraSession& camera) {
          std::abs(fit.row_slope_s) * camera.model().height > shortest_readout_s;
 }
 
-// --- The spline ---
+bool wants_rows(const Pair& pair, const BatchOptions& options) {
+  return options.line_delay || pair.camera->stream->timing.shutter == Shutter::rolling ||
+         rows_ask(pair.fast, *pair.camera);
+}
+
+// --- All of them, by the spline ---
 
 struct SplineAnswer {
   std::optional<SplineModel> model;
   bool converged = false;
   Residuals residuals;
-  std::vector<WindowOffset> windows;
-  double drift_sigma = 0;  ///< before it was fixed at none
+  std::vector<std::vector<WindowOffset>> windows;           ///< one list a camera
+  std::vector<double> camera_drift_sigma, imu_drift_sigma;  ///< before it was fixed at none
+  std::vector<ImuEvidence> imu_left;                        ///< what the IMUs ask for and did not get
 };
 
 double lag_one(const std::vector<Vec3>& r) {
@@ -120,80 +94,102 @@ double lag_one(const std::vector<Vec3>& r) {
   return squares > 0 ? products / squares : 0;
 }
 
-SplineAnswer fit_spline_model(const CameraSession& camera, const ImuSession& imu, const DiscreteFit& start,
-                              bool free_rows, const BatchOptions& options) {
-  SplineAnswer out;
-  SplineOptions wanted;
-  wanted.line_delay = free_rows;
-  wanted.threads = options.threads;
-  wanted.knot_interval_s = options.knots_s.value_or(std::max(usual_knots_s, 2 * imu.curve.median_step_s()));
+/// How alike neighbouring residuals of the IMUs are, the worst of them.
+double likeness(const Residuals& residuals) {
+  double most = 0;
+  for (const ImuResiduals& r : residuals.imus) most = std::max({most, lag_one(r.gyro), lag_one(r.accel)});
+  return most;
+}
+
+/// With knots as close as the residuals ask for.
+void choose_knots(SplineAnswer& out, const Rig& rig, const MotionStart& start, SplineOptions wanted,
+                  const BatchOptions& options) {
+  const double finest = 2 * rig.imus[0]->curve.median_step_s();
+  wanted.knot_interval_s = options.knots_s.value_or(std::max(usual_knots_s, finest));
   double stiffness = std::numeric_limits<double>::infinity();
   for (;;) {
-    SplineModel model({&camera}, imu, start, wanted);
+    SplineModel model(rig, start, wanted);
+    if (options.imu_model == "scale-misalignment")
+      for (std::size_t m = 0; m < rig.imus.size(); ++m) model.free_matrices(m);
     const bool converged = model.solve();
-    Residuals residuals = converged ? model.residuals() : Residuals{};
-    const double now = converged ? std::max(lag_one(residuals.gyro), lag_one(residuals.accel)) : 0;
+    const double now = converged ? likeness(model.residuals()) : 0;
     // Closer knots are kept only where they help: noise that is itself correlated they cannot whiten.
     const bool helped = now < stiffness - 0.05;
     if (helped || !out.model) {
       out.model.emplace(std::move(model));
       out.converged = converged;
-      out.residuals = std::move(residuals);
     }
     const double closer = 0.5 * wanted.knot_interval_s;
     const bool again = converged && helped && now > stiff_correlation && !options.knots_s &&
-                       closer >= std::max(closest_knots_s, 2 * imu.curve.median_step_s());
+                       closer >= std::max(closest_knots_s, finest);
     if (!again) break;
     stiffness = now;
     wanted.knot_interval_s = closer;
   }
-  if (!out.converged) return out;
+}
 
-  // What the data do not ask for is fixed at none: the offset then is not burdened with its uncertainty.
+/// What the data do not ask for is fixed at none: the offset then is not burdened with its uncertainty.
+void fix_small(SplineAnswer& out, const Rig& rig, const BatchOptions& options) {
   SplineModel& model = *out.model;
-  const auto sigma = [&](int at) { return std::sqrt(model.covariance()(at, at)); };
-  const BorderLayout::Camera at = model.layout().cameras[0];
-  const CameraLink& link = model.calibration().cameras[0];
-  const bool no_drift = !options.drift && std::abs(link.drift) < significant_sigmas * sigma(at.drift);
-  out.drift_sigma = sigma(at.drift);
-  const bool rolling = camera.stream->timing.shutter == Shutter::rolling;
-  const bool no_rows = at.line_delay >= 0 && !options.line_delay && !rolling &&
-                       std::abs(link.line_delay_s) < significant_sigmas * sigma(at.line_delay);
-  if (no_drift) model.fix_drift();
-  if (no_rows) model.fix_line_delay();
-  if (no_drift || no_rows) out.converged = model.settle();
+  const BorderLayout layout = model.layout();
+  const Eigen::MatrixXd covariance = model.covariance();
+  const auto small = [&](double value, int at) {
+    return at >= 0 && std::abs(value) < significant_sigmas * std::sqrt(covariance(at, at));
+  };
+  const auto sigma = [&](int at) { return at < 0 ? 0 : std::sqrt(covariance(at, at)); };
+  bool fixed = false;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const CameraLink& link = model.calibration().cameras[c];
+    const BorderLayout::Camera& at = layout.cameras[c];
+    out.camera_drift_sigma.push_back(sigma(at.drift));
+    const bool rolling = rig.cameras[c]->stream->timing.shutter == Shutter::rolling;
+    const bool no_drift = !options.drift && small(link.drift, at.drift);
+    const bool no_rows = !options.line_delay && !rolling && small(link.line_delay_s, at.line_delay);
+    if (no_drift) model.fix_camera_drift(c);
+    if (no_rows) model.fix_line_delay(c);
+    fixed = fixed || no_drift || no_rows;
+  }
+  for (std::size_t m = 0; m < rig.imus.size(); ++m) {
+    out.imu_drift_sigma.push_back(sigma(layout.imus[m].drift));
+    if (options.drift || !small(model.calibration().imus[m].drift, layout.imus[m].drift)) continue;
+    model.fix_imu_drift(m);
+    fixed = true;
+  }
+  if (fixed) out.converged = model.settle();
+}
+
+SplineAnswer fit_rig(const std::vector<const Pair*>& cameras, const std::vector<const Pair*>& imus,
+                     const BatchOptions& options) {
+  SplineAnswer out;
+  SplineOptions wanted;
+  wanted.threads = options.threads;
+  wanted.find_imus = options.imu_model == "auto";
+  Rig rig;
+  rig.imus.push_back(cameras.front()->imu);
+  std::vector<const DiscreteFit*> camera_fits, imu_fits;
+  for (const Pair* pair : cameras) {
+    rig.cameras.push_back(pair->camera);
+    camera_fits.push_back(&pair->fast);
+    wanted.line_delay.push_back(wants_rows(*pair, options));
+  }
+  for (const Pair* pair : imus) {
+    rig.imus.push_back(pair->imu);
+    imu_fits.push_back(&pair->fast);
+  }
+  choose_knots(out, rig, join_pairs(camera_fits, imu_fits), wanted, options);
+  if (out.converged) fix_small(out, rig, options);
   if (!out.converged) return out;
-  out.residuals = model.residuals();
-  const double length = out.residuals.frame_t.back() - out.residuals.frame_t.front();
-  out.windows = model.window_offsets(std::clamp(static_cast<int>(length / seconds_a_window), 2, 24));
+  out.residuals = out.model->residuals();
+  out.imu_left = out.model->imu_evidence();
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const std::vector<double>& t = out.residuals.cameras[c].frame_t;
+    const double length = t.back() - t.front();
+    out.windows.push_back(out.model->window_offsets(c, std::clamp(static_cast<int>(length / seconds_a_window), 2, 24)));
+  }
   return out;
 }
 
-// --- Words ---
-
-void say_what_was_found(Estimate& e, const Found& f, const CameraSession& camera, const BatchOptions& options) {
-  const CameraLink& link = f.calibration.cameras[0];
-  const BorderLayout::Camera& at = f.layout.cameras[0];
-  if (link.drift != 0 && !options.drift)
-    e.reasons.push_back(fmt::format("the clocks drift by {:.2f} ± {:.2f} ppm, which is part of the answer",
-                                    1e6 * link.drift, 1e6 * f.sigma(at.drift)));
-  if (std::abs(link.drift) > plausible_drift)
-    e.doubt(Verdict::weak,
-            fmt::format("a drift of {:.0f} ppm is more than two crystals can differ by", 1e6 * link.drift));
-  if (at.line_delay >= 0 && link.line_delay_s != 0 && camera.stream->timing.shutter != Shutter::rolling)
-    e.reasons.push_back(fmt::format(
-        "a rolling shutter: each row is read {:.3f} ± {:.3f} µs after the one above, and the "
-        "offset is for the {} row{}",
-        1e6 * link.line_delay_s, 1e6 * f.sigma(at.line_delay), *e.frame_row,
-        camera.stream->timing.shutter == Shutter::global ? ", though the recording says that the shutter is global"
-                                                         : ""));
-  if (f.noise.jitter_s > 0) {
-    e.extras.push_back({"stamp_jitter_s", f.noise.jitter_s, std::nullopt});
-    if (f.noise.jitter_s > noted_jitter_s)
-      e.reasons.push_back(fmt::format("the frames' stamps jitter by {} (σ), which is part of the model",
-                                      rounded_time_words(f.noise.jitter_s)));
-  }
-}
+// --- Doubts ---
 
 void doubt_windows(Estimate& e, const std::vector<WindowOffset>& windows) {
   const WindowCheck check = check_windows(windows);
@@ -218,21 +214,24 @@ void doubt_sigma(Estimate& e) {
 }
 
 /// Where the spline found what the discrete model does not have, that one's answer is no witness.
-void compare_models(Estimate& spline, Estimate& discrete) {
+void compare_models(Estimate& spline, Estimate& discrete, bool same_data) {
   if (!discrete.answered() || !spline.answered()) return;
   if (spline.line_delay_s.value_or(0) != discrete.line_delay_s.value_or(0)) {
     discrete.doubt(Verdict::weak, "this model knows no rolling shutter: its offset is for some middle row");
     return;
   }
-  for (const Extra& x : spline.extras)
-    if (x.name == "stamp_jitter_s" && x.value > noted_jitter_s) {
-      discrete.doubt(Verdict::weak, "this model knows no jitter of the stamps");
-      return;
-    }
+  for (const Extra& x : spline.extras) {
+    const bool jitters = x.name == "stamp_jitter_s" && x.value > noted_jitter_s;
+    const bool imperfect = x.name == "gyro_matrix_00" || x.name == "accel_lag_s";
+    if (!jitters && !imperfect) continue;
+    discrete.doubt(Verdict::weak, jitters ? "this model knows no jitter of the stamps"
+                                          : "this model takes the IMU for what its data sheet says");
+    return;
+  }
   const double apart = to_seconds(*spline.offset - *discrete.offset) +
                        spline.drift.value_or(0) * to_seconds(discrete.epoch - spline.epoch);
   const double allowed = std::max(*spline.sigma_s, *discrete.sigma_s);
-  if (std::abs(apart) > models_agree_sigmas * allowed)
+  if (std::abs(apart) > (same_data ? models_agree_sigmas : joint_agrees_sigmas) * allowed)
     spline.doubt(Verdict::weak, fmt::format("the discrete model's offset is {} away, {:.1f} times the uncertainty",
                                             rounded_time_words(std::abs(apart)), std::abs(apart) / allowed));
 }
@@ -266,101 +265,218 @@ std::string no_data(const CornerStream& camera, const ImuStream& imu) {
   return "";
 }
 
-void check(const BatchOptions& options) {
+void check(const BatchOptions& options, std::size_t cameras, std::size_t imus) {
   if (options.model != "auto" && options.model != "discrete" && options.model != "spline")
-    throw std::invalid_argument("calibrate_batch: no model is called " + options.model +
+    throw std::invalid_argument("calibrate: no model is called " + options.model +
                                 "; there are auto, discrete, spline");
+  if (options.imu_model != "auto" && options.imu_model != "calibrated" && options.imu_model != "scale-misalignment")
+    throw std::invalid_argument("calibrate: no model of an IMU is called " + options.imu_model +
+                                "; there are auto, calibrated, scale-misalignment");
+  if (cameras == 0 || imus == 0)
+    throw std::invalid_argument(fmt::format("calibrate: {} cameras and {} IMUs: one of each is needed", cameras, imus));
+}
+
+// --- Answers ---
+
+Estimate blank_camera(const CornerStream& camera, const ImuStream& imu, const std::string& method) {
+  Estimate e = blank(camera.name, imu.name, method);
+  e.frame_instant = "middle";
+  e.frame_row = camera.timing.row == RowReference::first ? "first" : "middle";
+  return e;
+}
+
+std::string answering(const BatchOptions& options) {
+  return options.model == "discrete" ? "discrete" : "spline";
+}
+
+/// A camera by one of the models, with all doubts that both share.
+Estimate camera_answer(const Found& f, std::size_t c, const Pair& pair, const std::string& method,
+                       const BatchOptions& options) {
+  Estimate e = blank_camera(*pair.camera->stream, *pair.imu->stream, method);
+  write_camera(e, f, c, *pair.camera, *pair.imu, options.drift);
+  const CameraLink& link = f.calibration.cameras[c];
+  const double from = pair.fast.chain.front().time_s, to = pair.fast.chain.back().time_s;
+  const TurnExcitation turn =
+      turn_excitation(*pair.imu, link.T_imu_cam.rotation.toRotationMatrix(), link.imu_time(from), link.imu_time(to));
+  doubt_geometry(e, pose_sigma(f.covariance, f.layout.cameras[c]), turn);
+  doubt_views(e, *pair.camera, pair.fast.chain.size(), pair.fast.strangers, to - from, f.noise.cameras[c].corner_px);
+  doubt_scale(e, f.calibration, f.sigma(f.layout.board_scale), f.sigma(f.layout.gravity));
+  rescale_translation(e, f.calibration);
+  if (pair.imu->was_in_g)
+    e.reasons.push_back(
+        fmt::format("the accelerometer of {} counts in g: taken as 9.80665 m/s² each", pair.imu->stream->name));
+  e.extras.push_back({"frames", static_cast<double>(pair.fast.chain.size()), std::nullopt});
+  e.extras.push_back({"stray_corners", static_cast<double>(pair.camera->poses.stray), std::nullopt});
+  return e;
+}
+
+Estimate discrete_answer(Pair& pair, bool rows_known, const BatchOptions& options) {
+  drop_small_drift(pair.fast, options.drift);
+  const Found f{pair.fast.calibration, pair.fast.layout, pair.fast.covariance, pair.fast.noise};
+  Estimate e = camera_answer(f, 0, pair, "discrete", options);
+  if (rows_ask(pair.fast, *pair.camera) && !rows_known)
+    e.doubt(Verdict::weak,
+            "the rows of the picture are not read at once, which this model does not know: its "
+            "offset is for some middle row (--model spline)");
+  doubt_sigma(e);
+  return e;
+}
+
+Estimate spline_answer(const SplineAnswer& fine, std::size_t c, const std::vector<const Pair*>& cameras,
+                       Estimate& discrete, const BatchOptions& options) {
+  const Pair& pair = *cameras[c];
+  const SplineModel& m = *fine.model;
+  const Found f{m.calibration(), m.layout(), m.covariance(), m.noise()};
+  Estimate e = camera_answer(f, c, pair, "spline", options);
+  if (!e.drift_sigma) e.drift_sigma = fine.camera_drift_sigma[c];
+  if (c > 0) write_chain(e, f, c - 1, c, cameras[c - 1]->camera->stream->name);
+  e.extras.push_back({"knot_interval_s", m.knot_interval_s(), std::nullopt});
+  e.extras.push_back({"reprojection_rms_px", m.noise().cameras[c].corner_px, std::nullopt});
+  doubt_windows(e, fine.windows[c]);
+  doubt_sigma(e);
+  doubt_imu(e, m.calibration().imus[0], m.layout().imus[0], fine.imu_left[0]);
+  compare_models(e, discrete, m.calibration().cameras.size() + m.calibration().imus.size() == 2);
+  return e;
+}
+
+void add_panels(Estimate& e, const SplineAnswer& fine, std::size_t c) {
+  const Calibration& found = fine.model->calibration();
+  e.evidence.panels.insert(e.evidence.panels.end(),
+                           {windows_panel(fine.windows[c], found.cameras[c].offset_s, e.sigma_s.value_or(0)),
+                            reprojection_panel(fine.residuals.cameras[c]), lateness_panel(fine.residuals.cameras[c]),
+                            gyro_panel(fine.residuals.imus[0]), accel_panel(fine.residuals.imus[0]),
+                            bias_panel(found.imus[0].bias, true), bias_panel(found.imus[0].bias, false)});
+}
+
+/// A further IMU against the first by what the discrete model says of the first camera against both. The camera's
+/// errors, which they share, are counted twice.
+Estimate imu_by_pairs(const Pair& body, const Pair& further) {
+  const MotionStart joined = join_pairs({&body.fast}, {&further.fast});
+  const ImuLink& link = joined.calibration.imus[1];
+  Estimate e = blank(further.imu->stream->name, body.imu->stream->name, "discrete");
+  e.offset = (body.imu->epoch - further.imu->epoch) + from_seconds(link.offset_s);
+  const auto sigma = [](const Pair& p, int at) { return at < 0 ? 0 : std::sqrt(p.fast.covariance(at, at)); };
+  const BorderLayout::Camera &a = body.fast.layout.cameras[0], &b = further.fast.layout.cameras[0];
+  e.sigma_s = std::hypot(sigma(body, a.offset), sigma(further, b.offset));
+  e.epoch = further.imu->epoch + from_seconds(link.centre_s);
+  e.drift = link.drift;
+  e.drift_sigma = std::hypot(sigma(body, a.drift), sigma(further, b.drift));
+  e.T_reference_sensor = link.T_body_imu.matrix();
+  return e;
+}
+
+Estimate imu_answer(const SplineAnswer& fine, std::size_t m, const Pair& body, const Pair& further) {
+  const SplineModel& model = *fine.model;
+  const Found f{model.calibration(), model.layout(), model.covariance(), model.noise()};
+  Estimate e = blank(further.imu->stream->name, body.imu->stream->name, "spline");
+  write_imu(e, f, m, *further.imu, *body.imu);
+  if (!e.drift_sigma) e.drift_sigma = fine.imu_drift_sigma[m];
+  doubt_imu(e, model.calibration().imus[m], model.layout().imus[m], fine.imu_left[m]);
+  doubt_sigma(e);
+  return e;
+}
+
+Estimate refused(Estimate e, const std::vector<std::string>& reasons) {
+  for (const std::string& why : reasons) e.doubt(Verdict::refused, why);
+  return e;
+}
+
+/// The rig's sensors as they are opened and paired: every camera with the first IMU, the first camera that this
+/// calibrates with every further IMU.
+struct Paired {
+  std::deque<CameraSession> camera_sessions;
+  std::deque<ImuSession> imu_sessions;
+  std::vector<Pair> cameras, imus;  ///< one each, in order; imus[0] is empty
+};
+
+Paired pair_up(std::span<const CornerStream> cameras, std::span<const ImuStream> imus, const BatchOptions& options) {
+  Paired out;
+  out.cameras.resize(cameras.size());
+  out.imus.resize(imus.size());
+  const auto open = [&](const ImuStream& imu) -> const ImuSession& {
+    return out.imu_sessions.emplace_back(open_imu(imu));
+  };
+  const ImuSession* body = nullptr;
+  const Pair* first = nullptr;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (const std::string why = no_data(cameras[c], imus[0]); !why.empty()) {
+      out.cameras[c].refusals = {why};
+      continue;
+    }
+    if (!body) body = &open(imus[0]);
+    const CameraSession& camera = out.camera_sessions.emplace_back(open_camera(cameras[c], options.threads));
+    out.cameras[c] = fit_pair(camera, *body, options);
+    if (!first && out.cameras[c].refusals.empty()) first = &out.cameras[c];
+  }
+  for (std::size_t m = 1; m < imus.size(); ++m) {
+    if (!first)
+      out.imus[m].refusals = {fmt::format("no camera has an answer against {}", imus[0].name)};
+    else if (const std::string why = no_data(*first->camera->stream, imus[m]); !why.empty())
+      out.imus[m].refusals = {why};
+    else
+      out.imus[m] = fit_pair(*first->camera, open(imus[m]), options);
+  }
+  return out;
+}
+
+std::vector<const Pair*> usable(const std::vector<Pair>& pairs) {
+  std::vector<const Pair*> out;
+  for (const Pair& p : pairs)
+    if (p.camera && p.refusals.empty()) out.push_back(&p);
+  return out;
 }
 
 }  // namespace
 
-Estimate calibrate_batch(const CornerStream& camera_stream, const ImuStream& imu_stream, const BatchOptions& options) {
-  check(options);
-  const Estimate base = blank(camera_stream, imu_stream);
-  const auto refuse = [&](const std::string& why) {
-    Estimate e = base;
-    e.doubt(Verdict::refused, why);
-    return e;
-  };
-  if (const std::string why = no_data(camera_stream, imu_stream); !why.empty()) return refuse(why);
-
-  const CameraSession camera = open_camera(camera_stream, options.threads);
-  const ImuSession imu = open_imu(imu_stream);
-  const Start start = find_start(camera, imu);
-  if (!start.refusal.empty()) {
-    Estimate e = refuse(start.refusal);
-    if (!start.curve.name.empty()) e.evidence.panels.push_back(start.curve);
-    e.evidence.panels.push_back(coverage_panel(camera));
-    return e;
-  }
-  DiscreteFit fast = fit_discrete(camera, imu, start, {.threads = options.threads});
-  if (!fast.converged) {
-    Estimate e = refuse(fast.failure);
-    const TurnExcitation turn = turn_excitation(imu, start.R_imu_cam, imu.curve.begin_s(), imu.curve.end_s());
-    if (const std::string advice = turn_advice(turn); !advice.empty()) e.reasons.push_back(advice);
-    e.evidence.panels = {start.curve, coverage_panel(camera)};
-    return e;
-  }
-  const bool rows = options.line_delay || camera_stream.timing.shutter == Shutter::rolling || rows_ask(fast, camera);
+std::vector<Estimate> calibrate_rig(std::span<const CornerStream> cameras, std::span<const ImuStream> imus,
+                                    const BatchOptions& options) {
+  check(options, cameras.size(), imus.size());
+  Paired paired = pair_up(cameras, imus, options);
+  const std::vector<const Pair*> good_cameras = usable(paired.cameras), good_imus = usable(paired.imus);
   const SplineAnswer fine =
-      options.model == "discrete" ? SplineAnswer{} : fit_spline_model(camera, imu, fast, rows, options);
-  drop_small_drift(fast, options.drift);
+      options.model == "discrete" || good_cameras.empty() ? SplineAnswer{} : fit_rig(good_cameras, good_imus, options);
 
-  const CameraLink& link = fast.calibration.cameras[0];
-  const double from = fast.chain.front().time_s, to = fast.chain.back().time_s;
-  const TurnExcitation turn =
-      turn_excitation(imu, link.T_imu_cam.rotation.toRotationMatrix(), link.imu_time(from), link.imu_time(to));
-  const auto common = [&](Estimate& e, const Found& f) {
-    write_block(e, f, camera, imu);
-    doubt_geometry(e, pose_sigma(f.covariance, f.layout.cameras[0]), turn);
-    doubt_views(e, camera, fast.chain.size(), fast.strangers, to - from, f.noise.corner_px);
-    doubt_scale(e, f.calibration, f.sigma(f.layout.board_scale), f.sigma(f.layout.gravity));
-    rescale_translation(e, f.calibration);
-    say_what_was_found(e, f, camera, options);
-    if (imu.was_in_g)
-      e.reasons.push_back(
-          fmt::format("the accelerometer of {} counts in g: taken as 9.80665 m/s² each", imu_stream.name));
-    e.extras.push_back({"frames", static_cast<double>(fast.chain.size()), std::nullopt});
-    e.extras.push_back({"stray_corners", static_cast<double>(camera.poses.stray), std::nullopt});
-  };
-
-  Estimate discrete = base;
-  discrete.method = "discrete";
-  const Found by_discrete{fast.calibration, fast.layout, fast.covariance, fast.noise};
-  common(discrete, by_discrete);
-  if (rows_ask(fast, camera) && fine.converged == false)
-    discrete.doubt(Verdict::weak,
-                   "the rows of the picture are not read at once, which this model does not know: its "
-                   "offset is for some middle row (--model spline)");
-  doubt_sigma(discrete);
-
-  Estimate spline = base;
-  if (fine.converged) {
-    const SplineModel& m = *fine.model;
-    common(spline, {m.calibration(), m.layout(), m.covariance(), m.noise()});
-    if (!spline.drift_sigma) spline.drift_sigma = fine.drift_sigma;
-    spline.extras.push_back({"knot_interval_s", m.knot_interval_s(), std::nullopt});
-    spline.extras.push_back({"reprojection_rms_px", m.noise().corner_px, std::nullopt});
-    doubt_windows(spline, fine.windows);
-    doubt_sigma(spline);
-    compare_models(spline, discrete);
-  } else if (fine.model) {
-    spline.doubt(Verdict::refused, fine.model->failure());
+  std::vector<Estimate> out;
+  std::size_t at = 0;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    Pair& pair = paired.cameras[c];
+    const bool good = pair.camera && pair.refusals.empty();
+    Estimate e = refused(blank_camera(cameras[c], imus[0], answering(options)), pair.refusals);
+    std::vector<Estimate> both;
+    if (good) {
+      both.push_back(discrete_answer(pair, fine.converged, options));
+      if (fine.converged)
+        both.push_back(spline_answer(fine, at, good_cameras, both[0], options));
+      else if (fine.model)
+        both.push_back(refused(blank_camera(cameras[c], imus[0], "spline"), {fine.model->failure()}));
+      e = both.back();
+    }
+    if (!pair.start.curve.name.empty()) e.evidence.panels.push_back(pair.start.curve);
+    if (pair.camera) e.evidence.panels.push_back(coverage_panel(*pair.camera));
+    if (good && fine.converged) add_panels(e, fine, at);
+    e.estimates = std::move(both);
+    if (good) ++at;
+    out.push_back(std::move(e));
   }
-
-  Estimate answer = options.model == "discrete" ? discrete : spline;
-  answer.evidence.panels = {start.curve, coverage_panel(camera)};
-  if (fine.converged) {
-    const CameraLink& found = fine.model->calibration().cameras[0];
-    answer.evidence.panels.insert(
-        answer.evidence.panels.end(),
-        {windows_panel(fine.windows, found.offset_s, spline.sigma_s.value_or(0)), reprojection_panel(fine.residuals),
-         lateness_panel(fine.residuals), gyro_panel(fine.residuals), accel_panel(fine.residuals),
-         bias_panel(fine.model->calibration().bias, true), bias_panel(fine.model->calibration().bias, false)});
+  at = 1;
+  for (std::size_t m = 1; m < imus.size(); ++m) {
+    const Pair& pair = paired.imus[m];
+    const bool good = pair.camera && pair.refusals.empty();
+    Estimate e = refused(blank(imus[m].name, imus[0].name, answering(options)), pair.refusals);
+    if (good && fine.converged)
+      e = imu_answer(fine, at, *good_cameras.front(), pair);
+    else if (good && fine.model)
+      e.doubt(Verdict::refused, fine.model->failure());
+    else if (good)
+      e = imu_by_pairs(*good_cameras.front(), pair);
+    if (good) ++at;
+    out.push_back(std::move(e));
   }
-  answer.estimates.push_back(discrete);
-  if (fine.model) answer.estimates.push_back(spline);
-  return answer;
+  return out;
+}
+
+Estimate calibrate_batch(const CornerStream& camera, const ImuStream& imu, const BatchOptions& options) {
+  return calibrate_rig({&camera, 1}, {&imu, 1}, options).front();
 }
 
 }  // namespace takt

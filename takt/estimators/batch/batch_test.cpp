@@ -11,7 +11,7 @@
 
 #include "takt/estimators/batch/board_pose.h"
 #include "takt/motion/rigid.h"
-#include "takt/simulation/board_scene.h"
+#include "takt/simulation/simulated_corners.h"
 
 namespace takt {
 namespace {
@@ -19,17 +19,8 @@ namespace {
 constexpr double degree = std::numbers::pi / 180;
 constexpr double sigmas = 4;
 
-/// The corners of a 6 × 6 AprilGrid of 0.088 m tags, a gap of 0.3 between them.
-std::vector<Vec3> april_grid() {
-  std::vector<Vec3> points;
-  const auto at = [](int i) { return (i / 2) * 0.088 * 1.3 + (i % 2) * 0.088; };
-  for (int row = 0; row < 12; ++row)
-    for (int column = 0; column < 12; ++column) points.emplace_back(at(column), at(row), 0);
-  return points;
-}
-
-BoardOptions usual(std::uint64_t seed = 1, double duration_s = 12) {
-  BoardOptions o;
+TargetFilmOptions usual(std::uint64_t seed = 1, double duration_s = 12) {
+  TargetFilmOptions o;
   o.seed = seed;
   o.duration_s = duration_s;
   return o;
@@ -80,11 +71,11 @@ void stamp_shift(std::vector<Stamp>& stamps, Duration by) {
 
 /// One recording for the laws, and what it gives.
 const SimulatedBoard& recorded() {
-  static const SimulatedBoard run = simulate_board(usual(), {}, april_grid());
+  static const SimulatedBoard run = simulate_board(usual());
   return run;
 }
 const Estimate& plain() {
-  static const Estimate e = calibrate_batch(recorded().corners, recorded().imu);
+  static const Estimate e = calibrate_batch(recorded().cameras[0], recorded().imus[0]);
   return e;
 }
 
@@ -110,7 +101,7 @@ TEST(Batch, BothModelsAgree) {
   ASSERT_TRUE(discrete.answered() && spline.answered());
   EXPECT_LT(std::abs(to_seconds(*discrete.offset - *spline.offset)), *spline.sigma_s);
   EXPECT_NEAR(*discrete.sigma_s / *spline.sigma_s, 1, 0.15);
-  const Estimate alone = calibrate_batch(recorded().corners, recorded().imu, {.model = "discrete"});
+  const Estimate alone = calibrate_batch(recorded().cameras[0], recorded().imus[0], {.model = "discrete"});
   EXPECT_EQ(alone.method, "discrete");
   EXPECT_EQ(alone.offset, discrete.offset);
 }
@@ -139,10 +130,10 @@ TEST(Batch, ThePanelsHoldWhatTheySay) {
 // --- Laws ---
 
 TEST(BatchLaws, ShiftingTheCameraMovesTheOffsetBack) {
-  CornerStream shifted = recorded().corners;
+  CornerStream shifted = recorded().cameras[0];
   const Duration by = std::chrono::hours(24 * 11) + Duration(1);
   stamp_shift(shifted.stamps, by);
-  const Estimate e = calibrate_batch(shifted, recorded().imu);
+  const Estimate e = calibrate_batch(shifted, recorded().imus[0]);
   ASSERT_TRUE(e.answered());
   EXPECT_LE(std::abs((*e.offset + by - *plain().offset).count()), 1);
   EXPECT_EQ(e.sigma_s, plain().sigma_s);
@@ -150,10 +141,10 @@ TEST(BatchLaws, ShiftingTheCameraMovesTheOffsetBack) {
 
 TEST(BatchLaws, HalfASecondEitherWayIsAllTheSame) {
   for (const double offset : {-0.5, 0.5}) {
-    BoardOptions o = usual();
+    TargetFilmOptions o = usual();
     o.offset_s = offset;
-    const SimulatedBoard run = simulate_board(o, {}, april_grid());
-    const Estimate e = calibrate_batch(run.corners, run.imu);
+    const SimulatedBoard run = simulate_board(o);
+    const Estimate e = calibrate_batch(run.cameras[0], run.imus[0]);
     expect_right(e, run.truth);
     EXPECT_LT(std::abs(offset_error_s(e, run.truth) - offset_error_s(plain(), recorded().truth)), 0.2 * *e.sigma_s);
   }
@@ -161,10 +152,10 @@ TEST(BatchLaws, HalfASecondEitherWayIsAllTheSame) {
 
 TEST(BatchLaws, HowTheImuIsMountedIsAllTheSame) {
   const Quat turn(Eigen::AngleAxisd(2.1, Vec3(0.3, -0.8, 0.5).normalized()));
-  ImuStream turned = recorded().imu;
+  ImuStream turned = recorded().imus[0];
   for (Vec3& w : turned.gyro_rad_s) w = turn * w;
   for (Vec3& a : turned.accel_m_s2) a = turn * a;
-  const Estimate e = calibrate_batch(recorded().corners, turned);
+  const Estimate e = calibrate_batch(recorded().cameras[0], turned);
   ASSERT_TRUE(e.answered()) << words(e);
   EXPECT_LT(std::abs(to_seconds(*e.offset - *plain().offset)), 0.02 * *e.sigma_s);
   const Mat3 R = e.T_reference_sensor->topLeftCorner<3, 3>(),
@@ -173,17 +164,17 @@ TEST(BatchLaws, HowTheImuIsMountedIsAllTheSame) {
 }
 
 TEST(BatchLaws, HowTheBoardStandsIsAllTheSame) {
-  CornerStream moved = recorded().corners;
+  CornerStream moved = recorded().cameras[0];
   const Quat turn(Eigen::AngleAxisd(1.2, Vec3::UnitZ()));
   for (Vec3& p : moved.board) p = turn * p + Vec3(3, -2, 0);
-  const Estimate e = calibrate_batch(moved, recorded().imu);
+  const Estimate e = calibrate_batch(moved, recorded().imus[0]);
   ASSERT_TRUE(e.answered()) << words(e);
   EXPECT_LT(std::abs(to_seconds(*e.offset - *plain().offset)), 0.02 * *e.sigma_s);
 }
 
 TEST(BatchLaws, ThreadsChangeNothing) {
   for (const int threads : {1, 3}) {
-    const Estimate e = calibrate_batch(recorded().corners, recorded().imu, {.threads = threads});
+    const Estimate e = calibrate_batch(recorded().cameras[0], recorded().imus[0], {.threads = threads});
     EXPECT_EQ(to_json(e), to_json(plain()));
   }
 }
@@ -191,10 +182,10 @@ TEST(BatchLaws, ThreadsChangeNothing) {
 // --- What may be wrong with a recording ---
 
 TEST(BatchFaults, ADriftIsPartOfTheAnswer) {
-  BoardOptions o = usual();
+  TargetFilmOptions o = usual();
   o.drift = 200e-6;
-  const SimulatedBoard run = simulate_board(o, {}, april_grid());
-  const Estimate e = calibrate_batch(run.corners, run.imu);
+  const SimulatedBoard run = simulate_board(o);
+  const Estimate e = calibrate_batch(run.cameras[0], run.imus[0]);
   expect_right(e, run.truth);
   EXPECT_LT(std::abs(*e.drift - o.drift), sigmas * *e.drift_sigma);
   EXPECT_LT(std::abs(*e.drift - o.drift) * o.duration_s / 2, 5e-5);
@@ -202,13 +193,13 @@ TEST(BatchFaults, ADriftIsPartOfTheAnswer) {
 }
 
 TEST(BatchFaults, ARollingShutterIsFoundThoughNobodySaysSo) {
-  BoardOptions o = usual();
+  TargetFilmOptions o = usual();
   o.camera.readout_s = 30e-6 * o.camera.height;
-  SimulatedBoard run = simulate_board(o, {}, april_grid());
+  SimulatedBoard run = simulate_board(o);
   for (const Shutter said : {Shutter::unknown, Shutter::global}) {
-    run.corners.timing.shutter = said;
-    run.corners.timing.readout_s = 0;
-    const Estimate e = calibrate_batch(run.corners, run.imu);
+    run.cameras[0].timing.shutter = said;
+    run.cameras[0].timing.readout_s = 0;
+    const Estimate e = calibrate_batch(run.cameras[0], run.imus[0]);
     expect_right(e, run.truth);
     EXPECT_NEAR(*e.line_delay_s, 30e-6, 1e-7);
     EXPECT_LT(std::abs(*e.line_delay_s - 30e-6), sigmas * *e.line_delay_sigma_s);
@@ -219,10 +210,10 @@ TEST(BatchFaults, ARollingShutterIsFoundThoughNobodySaysSo) {
 }
 
 TEST(BatchFaults, JitteringStampsAreMeasured) {
-  BoardOptions o = usual();
+  TargetFilmOptions o = usual();
   o.camera.jitter_s = 2e-3;
-  const SimulatedBoard run = simulate_board(o, {}, april_grid());
-  const Estimate e = calibrate_batch(run.corners, run.imu);
+  const SimulatedBoard run = simulate_board(o);
+  const Estimate e = calibrate_batch(run.cameras[0], run.imus[0]);
   ASSERT_TRUE(e.answered()) << words(e);
   // 240 frames: their own scatter has a standard error of 4.6 %, their mean one of 2 ms / √240.
   EXPECT_NEAR(*extra(e, "stamp_jitter_s"), 2e-3, 4 * 0.046 * 2e-3);
@@ -232,52 +223,52 @@ TEST(BatchFaults, JitteringStampsAreMeasured) {
 }
 
 TEST(BatchFaults, StraysGapsAndALateBoardAreBorne) {
-  SimulatedBoard run = simulate_board(usual(2, 20), {.outlier_fraction = 0.03, .absent_until_s = 4}, april_grid());
-  for (std::size_t k = 0; k < run.corners.size(); ++k)
-    if (k > 200 && k < 245) run.corners.corners[k].clear();
-  ImuStream gap = run.imu;
+  SimulatedBoard run = simulate_board(usual(2, 20), {.outlier_fraction = 0.03, .absent_until_s = 4});
+  for (std::size_t k = 0; k < run.cameras[0].size(); ++k)
+    if (k > 200 && k < 245) run.cameras[0].corners[k].clear();
+  ImuStream gap = run.imus[0];
   gap.stamps.clear(), gap.gyro_rad_s.clear(), gap.accel_m_s2.clear();
-  for (std::size_t i = 0; i < run.imu.size(); ++i) {
+  for (std::size_t i = 0; i < run.imus[0].size(); ++i) {
     if (i > 2700 && i < 2800) continue;
-    gap.stamps.push_back(run.imu.stamps[i]);
-    gap.gyro_rad_s.push_back(run.imu.gyro_rad_s[i]);
-    gap.accel_m_s2.push_back(run.imu.accel_m_s2[i]);
+    gap.stamps.push_back(run.imus[0].stamps[i]);
+    gap.gyro_rad_s.push_back(run.imus[0].gyro_rad_s[i]);
+    gap.accel_m_s2.push_back(run.imus[0].accel_m_s2[i]);
   }
-  expect_right(calibrate_batch(run.corners, gap), run.truth);
+  expect_right(calibrate_batch(run.cameras[0], gap), run.truth);
 }
 
 TEST(BatchFaults, AFrameWhereTheBoardCannotBeIsLeftOut) {
-  CornerStream strange = recorded().corners;
+  CornerStream strange = recorded().cameras[0];
   strange.corners[100] = strange.corners[20];
   strange.corners[150] = strange.corners[60];
-  const Estimate e = calibrate_batch(strange, recorded().imu);
+  const Estimate e = calibrate_batch(strange, recorded().imus[0]);
   expect_right(e, recorded().truth);
   EXPECT_TRUE(says(e, "left out")) << words(e);
 }
 
 TEST(BatchFaults, AnAccelerometerInGIsSaid) {
-  ImuStream in_g = recorded().imu;
+  ImuStream in_g = recorded().imus[0];
   for (Vec3& a : in_g.accel_m_s2) a /= 9.80665;
-  const Estimate e = calibrate_batch(recorded().corners, in_g);
+  const Estimate e = calibrate_batch(recorded().cameras[0], in_g);
   expect_right(e, recorded().truth);
   EXPECT_TRUE(says(e, "counts in g")) << words(e);
 }
 
 TEST(BatchFaults, AWrongBoardSizeIsSaid) {
-  CornerStream wrong = recorded().corners;
+  CornerStream wrong = recorded().cameras[0];
   for (Vec3& p : wrong.board) p *= 1.1;
-  const Estimate e = calibrate_batch(wrong, recorded().imu);
+  const Estimate e = calibrate_batch(wrong, recorded().imus[0]);
   expect_right(e, recorded().truth, Verdict::weak);
   EXPECT_TRUE(says(e, "times as large as the target file says")) << words(e);
   EXPECT_LT(pose_error(e, recorded().truth).second, 1e-3);
 }
 
 TEST(BatchFaults, AFastImuAndAFastCameraAreWelcome) {
-  BoardOptions o = usual(3, 8);
+  TargetFilmOptions o = usual(3, 8);
   o.imu.rate_hz = 1000;
   o.camera.rate_hz = 50;
-  const SimulatedBoard run = simulate_board(o, {}, april_grid());
-  expect_right(calibrate_batch(run.corners, run.imu), run.truth);
+  const SimulatedBoard run = simulate_board(o);
+  expect_right(calibrate_batch(run.cameras[0], run.imus[0]), run.truth);
 }
 
 // --- Refusals ---
@@ -298,7 +289,7 @@ TEST(BatchRefuses, WhatCannotBeTold) {
          for (Vec3& w : imu.gyro_rad_s) w *= 180 / std::numbers::pi;
        }},
       {"another time", "do not show the same motion",
-       [](CornerStream&, ImuStream& imu) { imu = simulate_board(usual(77), {}, april_grid()).imu; }},
+       [](CornerStream&, ImuStream& imu) { imu = simulate_board(usual(77)).imus[0]; }},
       {"three frames", "",
        [](CornerStream& camera, ImuStream&) {
          camera.stamps.resize(3), camera.corners.resize(3), camera.exposures_s.resize(3);
@@ -306,8 +297,8 @@ TEST(BatchRefuses, WhatCannotBeTold) {
   };
   for (const auto& [name, reason, spoil] : refused) {
     SCOPED_TRACE(name);
-    CornerStream camera = recorded().corners;
-    ImuStream imu = recorded().imu;
+    CornerStream camera = recorded().cameras[0];
+    ImuStream imu = recorded().imus[0];
     spoil(camera, imu);
     const Estimate e = calibrate_batch(camera, imu);
     expect_refused(e);
@@ -316,18 +307,18 @@ TEST(BatchRefuses, WhatCannotBeTold) {
 }
 
 TEST(BatchRefuses, ARigThatStoodStill) {
-  BoardOptions o = usual();
+  TargetFilmOptions o = usual();
   o.motion = find_motion("still");
-  const SimulatedBoard run = simulate_board(o, {}, april_grid());
-  expect_refused(calibrate_batch(run.corners, run.imu));
+  const SimulatedBoard run = simulate_board(o);
+  expect_refused(calibrate_batch(run.cameras[0], run.imus[0]));
 }
 
 TEST(BatchRefuses, OneAxisWithAdvice) {
   for (const std::uint64_t seed : {1, 2}) {
-    BoardOptions o = usual(seed);
+    TargetFilmOptions o = usual(seed);
     o.motion.freedom = Freedom::one;
-    const SimulatedBoard run = simulate_board(o, {}, april_grid());
-    const Estimate e = calibrate_batch(run.corners, run.imu);
+    const SimulatedBoard run = simulate_board(o);
+    const Estimate e = calibrate_batch(run.cameras[0], run.imus[0]);
     EXPECT_NE(e.verdict, Verdict::trusted) << words(e);
     EXPECT_TRUE(says(e, "rotate it about the camera's")) << words(e);
     if (e.answered()) {
@@ -337,13 +328,14 @@ TEST(BatchRefuses, OneAxisWithAdvice) {
 }
 
 TEST(BatchRefuses, StreamsThatContradictThemselvesAreTheCallersFault) {
-  CornerStream camera = recorded().corners;
+  CornerStream camera = recorded().cameras[0];
   camera.corners.pop_back();
-  EXPECT_THROW((void)calibrate_batch(camera, recorded().imu), std::invalid_argument);
-  camera = recorded().corners;
+  EXPECT_THROW((void)calibrate_batch(camera, recorded().imus[0]), std::invalid_argument);
+  camera = recorded().cameras[0];
   camera.model.reset();
-  EXPECT_THROW((void)calibrate_batch(camera, recorded().imu), std::invalid_argument);
-  EXPECT_THROW((void)calibrate_batch(recorded().corners, recorded().imu, {.model = "cubic"}), std::invalid_argument);
+  EXPECT_THROW((void)calibrate_batch(camera, recorded().imus[0]), std::invalid_argument);
+  EXPECT_THROW((void)calibrate_batch(recorded().cameras[0], recorded().imus[0], {.model = "cubic"}),
+               std::invalid_argument);
 }
 
 // --- Statistics ---
@@ -354,8 +346,8 @@ TEST(BatchStatistics, ErrorsAreAsLargeAsTheirSigmas) {
   constexpr int runs = 40;
   double offset = 0, rotation = 0, place = 0;
   for (int seed = 1; seed <= runs; ++seed) {
-    const SimulatedBoard run = simulate_board(usual(static_cast<std::uint64_t>(seed), 6), {}, april_grid());
-    const Estimate e = calibrate_batch(run.corners, run.imu, {.model = "discrete"});
+    const SimulatedBoard run = simulate_board(usual(static_cast<std::uint64_t>(seed), 6));
+    const Estimate e = calibrate_batch(run.cameras[0], run.imus[0], {.model = "discrete"});
     ASSERT_TRUE(e.answered()) << words(e);
     offset += std::pow(offset_error_s(e, run.truth) / *e.sigma_s, 2);
     const Rigid found = Rigid::from_matrix(*e.T_reference_sensor),
@@ -381,15 +373,15 @@ TEST(BatchStatistics, ErrorsAreAsLargeAsTheirSigmas) {
 // --- Board poses ---
 
 TEST(BoardPose, IsFoundFrameByFrameWithHonestInformation) {
-  const batch::BoardViews views = batch::find_board_poses(recorded().corners, 2);
-  EXPECT_EQ(views.views.size(), recorded().corners.size());
+  const batch::BoardViews views = batch::find_board_poses(recorded().cameras[0], 2);
+  EXPECT_EQ(views.views.size(), recorded().cameras[0].size());
   EXPECT_NEAR(views.corner_sigma_px, 0.07, 0.003);
   double chi2 = 0;
   for (const batch::BoardView& v : views.views) {
-    const Exposure& at = recorded().exposures[v.frame];
+    const Exposure& at = recorded().film.exposures[0][v.frame];
     const Eigen::Isometry3d truth =
-        cam_from_world(*recorded().scene.trajectory, *recorded().corners.T_body_cam, at.middle_s) *
-        recorded().scene.world_from_board;
+        cam_from_world(*recorded().film.trajectory, *recorded().cameras[0].T_body_cam, at.middle_s) *
+        recorded().film.world_from_board;
     const Quat turn = v.T_cam_board.rotation * Quat(truth.linear()).conjugate();
     batch::Vec6 xi;
     xi << v.T_cam_board.translation - turn * truth.translation(), log_so3(turn);
@@ -400,15 +392,15 @@ TEST(BoardPose, IsFoundFrameByFrameWithHonestInformation) {
 }
 
 TEST(BoardPose, StraysAreLeftOut) {
-  const SimulatedBoard run = simulate_board(usual(5, 3), {.outlier_fraction = 0.1}, april_grid());
-  const batch::BoardViews views = batch::find_board_poses(run.corners, 1);
-  EXPECT_EQ(views.views.size(), run.corners.size());
+  const SimulatedBoard run = simulate_board(usual(5, 3), {.outlier_fraction = 0.1});
+  const batch::BoardViews views = batch::find_board_poses(run.cameras[0], 1);
+  EXPECT_EQ(views.views.size(), run.cameras[0].size());
   EXPECT_NEAR(views.corner_sigma_px, 0.07, 0.005);
   EXPECT_GT(views.stray, 0.08 * 120 * 60);
 }
 
 TEST(BoardPose, CornersInOneLineAreNoPose) {
-  CornerStream line = recorded().corners;
+  CornerStream line = recorded().cameras[0];
   for (auto& corners : line.corners) std::erase_if(corners, [](const auto& c) { return c.corner >= 12; });
   EXPECT_TRUE(batch::find_board_poses(line, 1).views.empty());
 }

@@ -31,8 +31,9 @@ struct BoardView {
   std::vector<CornerObservation> corners;  ///< those that fit a rigid board
   int stray = 0;                           ///< those that do not
   Rigid T_cam_board;
-  Mat6 information = Mat6::Zero();  ///< of ξ at T_cam_board, per px² of corner variance
-  double squares = 0;               ///< px²
+  Mat6 information = Mat6::Zero();                   ///< of ξ at T_cam_board, per px² of corner variance
+  double squares = 0;                                ///< px²
+  Eigen::Matrix<double, 6, Eigen::Dynamic> to_lens;  ///< ξ of the best pose a unit of each intrinsic; of lens fits only
 };
 
 struct BoardViews {

@@ -43,6 +43,7 @@ class Discrete {
     link.centre_s = start.centre_s;
     link.line_delay_s = camera.line_delay_s();
     fit_.calibration.cameras = {link};
+    fit_.calibration.imus.resize(1);
     fit_.chain = make_chain(camera, imu.curve, link);
   }
 
@@ -53,7 +54,7 @@ class Discrete {
     }
     start_states();
     lay_out();
-    fit_.noise = {camera_.poses.corner_sigma_px, imu_.high_pass.gyro, imu_.high_pass.accel, 0};
+    fit_.noise = {{{camera_.poses.corner_sigma_px, 0}}, {imu_.high_pass}};
     Groups groups;
     for (int round = 0; round < 4; ++round) {
       if (!settle(groups)) return std::move(fit_);
@@ -76,6 +77,10 @@ class Discrete {
  private:
   [[nodiscard]] CameraLink& link() { return fit_.calibration.cameras[0]; }
   [[nodiscard]] const CameraLink& link() const { return fit_.calibration.cameras[0]; }
+  [[nodiscard]] double& corner_noise() { return fit_.noise.cameras[0].corner_px; }
+  [[nodiscard]] double corner_noise() const { return fit_.noise.cameras[0].corner_px; }
+  [[nodiscard]] ImuDensity& imu_noise() { return fit_.noise.imus[0]; }
+  [[nodiscard]] const ImuDensity& imu_noise() const { return fit_.noise.imus[0]; }
   [[nodiscard]] double imu_time(std::size_t k) const {
     return link().imu_time(fit_.chain[k].time_s, fit_.chain[k].mean_row);
   }
@@ -104,7 +109,7 @@ class Discrete {
     // Over a bounded motion the accelerations average out.
     fit_.calibration.gravity_board = -earth_gravity * force.normalized();
     const double begin = imu_time(0), end = imu_time(states.size() - 1);
-    fit_.calibration.bias = BiasCurve(begin, end, std::max(5.0, (end - begin) / 12));
+    fit_.calibration.imus[0].bias = BiasCurve(begin, end, std::max(5.0, (end - begin) / 12));
   }
 
   void lay_out() {
@@ -117,8 +122,8 @@ class Discrete {
     at.cameras = {cam};
     at.gravity = next;
     at.board_scale = next + 3;
-    at.bias = next + 4;
-    at.size = at.bias + 6 * fit_.calibration.bias.points();
+    at.imus = {{.bias = next + 4}};
+    at.size = next + 4 + 6 * fit_.calibration.imus[0].bias.points();
   }
 
   /// Everything of one frame and of its join to the next, into the system.
@@ -149,7 +154,7 @@ class Discrete {
     j.block<3, 3>(3, 6).diagonal().setConstant(-1);  // camera's rotation
     j.block<3, 3>(0, 9) = -R_cam_imu;                // camera's place
     const Vec6 xi = pose_error(k);
-    const Mat6 information = fit_.chain[k].view->information / (fit_.noise.corner_px * fit_.noise.corner_px);
+    const Mat6 information = fit_.chain[k].view->information / (corner_noise() * corner_noise());
     sums.squares[Groups::camera] += xi.dot(information * xi);
     sums.count[Groups::camera] += 6;
     const Mat6 w = groups.weight[Groups::camera] * information;
@@ -161,10 +166,9 @@ class Discrete {
   void add_join(std::size_t k, const Groups& groups, ArrowSystem& system, Groups& sums) const {
     const BodyState &a = fit_.states[k], &b = fit_.states[k + 1];
     const double t0 = imu_time(k), t1 = imu_time(k + 1), dt = t1 - t0;
-    const BiasCurve::Place bias = fit_.calibration.bias.at(0.5 * (t0 + t1));
-    const Preintegrated p =
-        preintegrate(imu_.curve, t0, t1, fit_.calibration.bias.gyro(bias), fit_.calibration.bias.accel(bias),
-                     {fit_.noise.gyro_density, fit_.noise.accel_density});
+    const BiasCurve::Place bias = fit_.calibration.imus[0].bias.at(0.5 * (t0 + t1));
+    const Preintegrated p = preintegrate(imu_.curve, t0, t1, fit_.calibration.imus[0].bias.gyro(bias),
+                                         fit_.calibration.imus[0].bias.accel(bias), imu_noise());
     const Vec3& g = fit_.calibration.gravity_board;
     const Mat3 back = a.R_board_imu.conjugate().toRotationMatrix();
     const Quat turn = a.R_board_imu.conjugate() * b.R_board_imu;
@@ -225,7 +229,7 @@ class Discrete {
 
     const int band = state_size * frames();
     const BorderLayout& at = fit_.layout;
-    const int bias_at = band + at.bias + 6 * bias.first;
+    const int bias_at = band + at.imus[0].bias + 6 * bias.first;
     Eigen::Matrix<double, columns, columns> h;
     h.noalias() = j.transpose() * j;
     const Eigen::Matrix<double, columns, 1> gradient = j.transpose() * white;
@@ -257,7 +261,8 @@ class Discrete {
   [[nodiscard]] ArrowSystem normal_equations(const Groups& groups, Groups& sums) const {
     // Stretches of frames have systems of their own, so that the sum does not depend on who was first.
     const int n = frames(), band = state_size * n;
-    std::vector<ArrowSystem> parts(2, ArrowSystem(band, 2 * state_size - 1, fit_.layout.size));
+    std::vector<ArrowSystem> parts;
+    for (int part = 0; part < 2; ++part) parts.emplace_back(band, 2 * state_size - 1, fit_.layout.size);
     std::vector<Groups> part_sums(2);
     parallel_for(2, options_.threads, [&](int part) {
       const auto from = static_cast<std::size_t>(part * n / 2), to = static_cast<std::size_t>((part + 1) * n / 2);
@@ -290,8 +295,8 @@ class Discrete {
   bool settle(Groups& groups) {
     for (int round = 0; round < most_iterations; ++round) {
       Groups sums;
-      const ArrowSystem system = normal_equations(groups, sums);
-      const ArrowSystem::Solution solution = system.solve();
+      ArrowSystem system = normal_equations(groups, sums);
+      const ArrowSystem::Solution solution = std::move(system).solve();
       ++fit_.iterations;
       if (!solution.ok()) {
         fit_.failure = "the motion does not determine the calibration";
@@ -303,6 +308,8 @@ class Discrete {
         return false;
       }
       fit_.covariance = solution.border_covariance();
+      last_ = sums;
+      last_log_determinant_ = solution.log_determinant();
       const double moved = solution.step()
                                .tail(fit_.layout.size)
                                .cwiseQuotient(fit_.covariance.diagonal().cwiseSqrt())
@@ -317,7 +324,7 @@ class Discrete {
 
   /// Frames with a pose that the motion before and after does not allow: the board seen in a mirror image, a wrong tag.
   bool drop_strangers() {
-    const double sigma2 = fit_.noise.corner_px * fit_.noise.corner_px;
+    const double sigma2 = corner_noise() * corner_noise();
     std::vector<double> chi2;
     for (std::size_t k = 0; k < fit_.chain.size(); ++k) {
       const Vec6 xi = pose_error(k);
@@ -352,31 +359,31 @@ class Discrete {
   }
 
   /// Each sort's noise from its own residuals and the degrees of freedom that the fit left it:
-  /// tr(H⁻¹·H_group) = ∂ log det H / ∂ log weight. Returns the largest relative change.
+  /// tr(H⁻¹·H_group) = ∂ log det H / ∂ log weight. Residuals and H are those before
+  /// the last step, which was next to nothing; the degrees hardly depend on the noise and are counted once. Returns the
+  /// largest relative change.
   double measure_noise(const Groups& groups) {
     constexpr double nudge = 1e-3;
-    Groups sums;
-    const ArrowSystem::Solution at = normal_equations(groups, sums).solve();
-    if (!at.ok()) return 0;
-    double taken[3];
-    for (const int g : {Groups::camera, Groups::rotation}) {
-      Groups nudged = groups, ignored;
-      nudged.weight[g] *= 1 + nudge;
-      const ArrowSystem::Solution moved = normal_equations(nudged, ignored).solve();
-      if (!moved.ok()) return 0;
-      taken[g] = (moved.log_determinant() - at.log_determinant()) / std::log1p(nudge);
+    if (taken_[Groups::camera] == 0) {
+      for (const int g : {Groups::camera, Groups::rotation}) {
+        Groups nudged = groups, ignored;
+        nudged.weight[g] *= 1 + nudge;
+        const ArrowSystem::Solution moved = normal_equations(nudged, ignored).solve();
+        if (!moved.ok()) return 0;
+        taken_[g] = (moved.log_determinant() - last_log_determinant_) / std::log1p(nudge);
+      }
+      const int unknowns = state_size * frames() + fit_.layout.size;
+      taken_[Groups::translation] = unknowns - taken_[Groups::camera] - taken_[Groups::rotation];
     }
-    const int unknowns = state_size * frames() + fit_.layout.size;
-    taken[Groups::translation] = unknowns - taken[Groups::camera] - taken[Groups::rotation];
     double factor[3];
     for (int g = 0; g < 3; ++g) {
-      const double left = sums.count[g] - taken[g];
+      const double left = last_.count[g] - taken_[g];
       // Residuals that are almost wholly fitted say nothing about their noise.
-      factor[g] = left > 0.03 * sums.count[g] ? std::sqrt(sums.squares[g] / left) : 1;
+      factor[g] = left > 0.03 * last_.count[g] ? std::sqrt(last_.squares[g] / left) : 1;
     }
-    fit_.noise.corner_px *= factor[Groups::camera];
-    fit_.noise.gyro_density *= factor[Groups::rotation];
-    fit_.noise.accel_density *= factor[Groups::translation];
+    corner_noise() *= factor[Groups::camera];
+    imu_noise().gyro *= factor[Groups::rotation];
+    imu_noise().accel *= factor[Groups::translation];
     double largest = 0;
     for (const double f : factor) largest = std::max(largest, std::abs(f - 1));
     return largest;
@@ -390,7 +397,8 @@ class Discrete {
       const BodyState& s = fit_.states[k];
       const CameraLink& l = link();
       const ImuCurve::Reading reading = imu_.curve.at(imu_time(k));
-      const Vec3 omega = reading.gyro - fit_.calibration.bias.gyro(fit_.calibration.bias.at(imu_time(k)));
+      const Vec3 omega =
+          reading.gyro - fit_.calibration.imus[0].bias.gyro(fit_.calibration.imus[0].bias.at(imu_time(k)));
       const Mat3 R_cam_imu = l.T_imu_cam.rotation.conjugate().toRotationMatrix();
       Vec6 rate;  // of ξ in time
       rate << R_cam_imu * (l.T_imu_cam.translation.cross(omega) - s.R_board_imu.conjugate() * s.velocity),
@@ -420,13 +428,16 @@ class Discrete {
     }
     if (!(information > 0)) return;
     fit_.row_slope_s = slope / information;
-    fit_.row_slope_sigma_s = fit_.noise.corner_px / std::sqrt(information);
+    fit_.row_slope_sigma_s = corner_noise() / std::sqrt(information);
   }
 
   const CameraSession& camera_;
   const ImuSession& imu_;
   DiscreteOptions options_;
   DiscreteFit fit_;
+  Groups last_;  ///< of the last step
+  double last_log_determinant_ = 0;
+  double taken_[3] = {0, 0, 0};  ///< degrees of freedom that the fit took from each sort
 };
 
 }  // namespace

@@ -34,7 +34,7 @@ void add_axes(Panel& p, const char* what, const char* unit, const std::vector<do
 
 }  // namespace
 
-Panel reprojection_panel(const Residuals& r) {
+Panel reprojection_panel(const CameraResiduals& r) {
   Panel p = panel("reprojection", "points", "Reprojection error, frame by frame",
                   "Root mean square of the corners' distances from where the calibrated model puts them, a coordinate. "
                   "All frames should be alike.");
@@ -43,7 +43,7 @@ Panel reprojection_panel(const Residuals& r) {
   return p;
 }
 
-Panel lateness_panel(const Residuals& r) {
+Panel lateness_panel(const CameraResiduals& r) {
   Panel p = panel("lateness", "points", "How late each frame looks",
                   "By its corners alone, against the motion that all frames and the IMU agree on. A scatter beyond the "
                   "bars is a jitter of the stamps.");
@@ -52,17 +52,17 @@ Panel lateness_panel(const Residuals& r) {
   return p;
 }
 
-Panel gyro_panel(const Residuals& r) {
+Panel gyro_panel(const ImuResiduals& r) {
   Panel p = panel("gyro_residuals", "lines", "Gyro: predicted minus read",
                   "White noise about zero, without a trace of the motion.");
-  add_axes(p, "gyro", "rad/s", r.gyro_t, r.gyro);
+  add_axes(p, "gyro", "rad/s", r.t, r.gyro);
   return p;
 }
 
-Panel accel_panel(const Residuals& r) {
+Panel accel_panel(const ImuResiduals& r) {
   Panel p = panel("accel_residuals", "lines", "Accelerometer: predicted minus read",
                   "White noise about zero, without a trace of the motion.");
-  add_axes(p, "accelerometer", "m/s²", r.gyro_t, r.accel);
+  add_axes(p, "accelerometer", "m/s²", r.t, r.accel);
   return p;
 }
 

@@ -6,10 +6,10 @@
 /// The plots of a calibration, as plain data.
 namespace takt::batch {
 
-[[nodiscard]] Panel reprojection_panel(const Residuals& r);
-[[nodiscard]] Panel lateness_panel(const Residuals& r);
-[[nodiscard]] Panel gyro_panel(const Residuals& r);
-[[nodiscard]] Panel accel_panel(const Residuals& r);
+[[nodiscard]] Panel reprojection_panel(const CameraResiduals& r);
+[[nodiscard]] Panel lateness_panel(const CameraResiduals& r);
+[[nodiscard]] Panel gyro_panel(const ImuResiduals& r);
+[[nodiscard]] Panel accel_panel(const ImuResiduals& r);
 /// Both curves, an axis each.
 [[nodiscard]] Panel bias_panel(const BiasCurve& bias, bool gyro);
 /// Where in the picture corners were seen.

@@ -299,8 +299,14 @@ CalibratedCamera calibrate_intrinsics(const CornerStream& s, int width, int heig
 std::optional<CameraPair> relate_cameras(const CornerStream& before, const CalibratedCamera& before_found,
                                          const CornerStream& stream, const CalibratedCamera& found,
                                          double tolerance_s) {
-  // Each common frame gives T = T_cn_board·T_cnm1_board⁻¹, with the noise of both poses.
-  std::vector<std::pair<Rigid, Mat6>> seen;
+  // Each common frame gives T = T_cn_board·T_cnm1_board⁻¹, with the noise of both poses; how both lenses' errors move
+  // it is shared by all frames.
+  struct Seen {
+    Rigid T;
+    Mat6 weight;
+    Eigen::MatrixXd to_lens_before, to_lens;
+  };
+  std::vector<Seen> seen;
   for (const BoardView& a : before_found.views)
     for (const BoardView& b : found.views) {
       const double apart = 1e-9 * static_cast<double>(to_ns(before.stamps[a.frame]) - to_ns(stream.stamps[b.frame]));
@@ -315,26 +321,30 @@ std::optional<CameraPair> relate_cameras(const CornerStream& before, const Calib
       const double vb = found.corner_sigma_px * found.corner_sigma_px;
       const Mat6 covariance =
           vb * b.information.inverse() + va * adjoint * a.information.inverse() * adjoint.transpose();
-      seen.emplace_back(T, covariance.inverse());
+      seen.push_back({T, covariance.inverse(), -adjoint * a.to_lens, b.to_lens});
     }
   if (seen.size() < 3) return std::nullopt;
 
-  CameraPair out{seen[seen.size() / 2].first, Vec6::Zero(), seen.size()};
+  CameraPair out{seen[seen.size() / 2].T, Vec6::Zero(), seen.size()};
   Mat6 information = Mat6::Zero();
+  Eigen::MatrixXd to_lens_before, to_lens;
   double chi2 = 0;
   for (int round = 0; round < 20; ++round) {
     information.setZero();
+    to_lens_before.setZero(6, before_found.covariance.rows());
+    to_lens.setZero(6, found.covariance.rows());
     Vec6 gradient = Vec6::Zero();
     chi2 = 0;
-    double weights = 0;
-    for (const auto& [T, weight] : seen) {
-      const Rigid off = T * out.T_cn_cnm1.inverse();
+    for (const Seen& s : seen) {
+      const Rigid off = s.T * out.T_cn_cnm1.inverse();
       Vec6 e;
       e << off.translation, log_so3(off.rotation);
-      const double d2 = e.dot(weight * e), w = 1 / (1 + d2 / (6 * 4));
-      information += w * weight;
-      gradient += w * weight * e;
-      chi2 += w * d2, weights += w;
+      const double d2 = e.dot(s.weight * e), w = 1 / (1 + d2 / (6 * 4));
+      information += w * s.weight;
+      gradient += w * s.weight * e;
+      to_lens_before += w * s.weight * s.to_lens_before;
+      to_lens += w * s.weight * s.to_lens;
+      chi2 += w * d2;
     }
     const Vec6 step = information.ldlt().solve(gradient);
     out.T_cn_cnm1 = moved(out.T_cn_cnm1, step);
@@ -342,7 +352,12 @@ std::optional<CameraPair> relate_cameras(const CornerStream& before, const Calib
   }
   // Where the frames scatter more than their poses' noise, the answer is as uncertain as they say.
   const double excess = std::max(1.0, chi2 / (6.0 * static_cast<double>(seen.size() - 1)));
-  out.sigma = (excess * information.inverse()).diagonal().cwiseSqrt();
+  const Mat6 inverse = information.inverse();
+  Mat6 covariance = excess * inverse;
+  to_lens_before = inverse * to_lens_before, to_lens = inverse * to_lens;
+  covariance += to_lens_before * before_found.covariance * to_lens_before.transpose();
+  covariance += to_lens * found.covariance * to_lens.transpose();
+  out.sigma = covariance.diagonal().cwiseSqrt();
   return out;
 }
 

@@ -42,7 +42,7 @@ struct CalibratedCamera {
 /// How a camera stands to the one before it in a chain.
 struct CameraPair {
   Rigid T_cn_cnm1;  ///< takes points from the camera before to this one
-  Vec6 sigma;       ///< of ξ = (ρ, φ) on the left of T (m, rad)
+  Vec6 sigma;       ///< of ξ = (ρ, φ) on the left of T (m, rad); both lenses' uncertainty is in it
   std::size_t frames = 0;
 };
 /// From frames that both took at the same time (`tolerance_s`), each camera's lens and poses as found; nothing where

@@ -172,6 +172,7 @@ LensFit fit_lens(const CameraModel& start, std::vector<BoardView> views, const s
     const Eigen::LDLT<Mat6> pose(parts[k].pose);
     fit.information += parts[k].lens - parts[k].cross * pose.solve(parts[k].cross.transpose());
     fit.views[k].information = parts[k].pose;
+    fit.views[k].to_lens = -pose.solve(parts[k].cross.transpose());
     fit.views[k].squares = parts[k].cost;
   }
   return fit;

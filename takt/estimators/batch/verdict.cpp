@@ -167,4 +167,26 @@ void doubt_scale(Estimate& e, const Calibration& c, double scale_sigma, double g
                                     c.gravity_board.norm(), gravity_sigma));
 }
 
+void doubt_imu(Estimate& e, const ImuLink& imu, const BorderLayout::Imu& at, const ImuEvidence& asks) {
+  if (at.matrices >= 0) {
+    const auto most = [](const Mat3& m) { return 100 * (m - Mat3::Identity()).cwiseAbs().maxCoeff(); };
+    e.reasons.push_back(
+        fmt::format("scales and axes of the IMU are off by up to {:.2f} % (gyro) and {:.2f} % (accelerometer), which "
+                    "is part of the "
+                    "model",
+                    most(imu.gyro_matrix), most(imu.accel_matrix)));
+  }
+  if (at.response >= 0)
+    e.reasons.push_back(
+        fmt::format("the IMU filters its readings (second order {:.2f} and {:.2f} ms², accelerometer {:.1f} µs later "
+                    "than the gyro), which is part of the model; the offset is for the gyro",
+                    1e6 * imu.gyro_bend_s2, 1e6 * imu.accel_bend_s2, 1e6 * imu.accel_lag_s));
+  if (at.matrices < 0 && asks.matrices > ImuEvidence::clear_matrices)
+    e.doubt(Verdict::weak,
+            "the IMU's scales or axes are not what its data sheet says, and the residuals show it: --imu-model "
+            "scale-misalignment");
+  if (at.response < 0 && asks.response > ImuEvidence::clear_response)
+    e.doubt(Verdict::weak, "the IMU's readings are filtered in a way that the model does not describe");
+}
+
 }  // namespace takt::batch
