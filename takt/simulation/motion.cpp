@@ -102,7 +102,7 @@ class WaveMotion : public Trajectory {
                          Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)));
     const Vec3 axis = Vec3(random.normal(), random.normal(), random.normal()).normalized();
     const double turn = random.uniform(m.turn_calm_rad_s, m.turn_lively_rad_s);
-    const double speed = random.uniform(m.speed_calm_m_s, m.speed_lively_m_s);
+    double speed = random.uniform(m.speed_calm_m_s, m.speed_lively_m_s);
     rate_ = m.constant_rate_rad_s * axis;
     const bool upright = m.freedom == Freedom::upright;
     const Mat3 turn_shape = m.freedom == Freedom::one ? Mat3(axis * axis.transpose())
@@ -112,7 +112,14 @@ class WaveMotion : public Trajectory {
     const Vec3 course(random.normal(), random.normal(), 0);
     glide_ = m.constant_speed_m_s * course.normalized();
     turning_ = Wave({turn, m.turn_low_hz, m.turn_high_hz, m.tones}, turn_shape, Random(seed, "turning"));
-    moving_ = Wave({speed, m.speed_low_hz, m.speed_high_hz, m.tones}, move_shape, Random(seed, "moving"));
+    const auto moving_at = [&](double v) {
+      return Wave({v, m.speed_low_hz, m.speed_high_hz, m.tones}, move_shape, Random(seed, "moving"));
+    };
+    moving_ = moving_at(speed);
+    // Some draws of lively tones add up to more than the room has: those go as fast as fits.
+    const Vec3 space = m.room_half_extent_m.array() - wall_margin_m - centre_.cwiseAbs().array();
+    const double fits = 0.999 * (space.array() / moving_.bound().array().max(1e-9)).minCoeff();
+    if (fits < 1 && speed * fits >= m.speed_calm_m_s) moving_ = moving_at(speed *= fits);
     const Vec3 reach = centre_.cwiseAbs() + moving_.bound();
     if ((reach.array() > m.room_half_extent_m.array() - wall_margin_m).any())
       throw std::invalid_argument(fmt::format(

@@ -315,9 +315,14 @@ FoundMotion find_first_motion(std::span<const BearingFrame* const> frames, const
   }
   const double tilt = std::sqrt(found.covariance.topLeftCorner<3, 3>().trace());
   const double speed = std::sqrt(found.covariance.block<3, 3>(at_velocity, at_velocity).trace());
+  const double bias_off =
+      std::max((found.motion.gyro_bias - known.gyro_bias).cwiseAbs().maxCoeff() / known.gyro_bias_sigma,
+               (found.motion.accel_bias - known.accel_bias).cwiseAbs().maxCoeff() / known.accel_bias_sigma);
   if (out.misfit > 3)
     out.why_not = fmt::format("no motion explains the features: they miss by {:.1f} times their noise", out.misfit);
-  else if (tilt > 0.05)
+  else if (bias_off > 4)
+    out.why_not = fmt::format("it would take an IMU bias of {:.0f} times what is usual", bias_off);
+  else if (tilt > 0.03)
     out.why_not = fmt::format("the direction of gravity is known to {:.1f} degrees only", tilt * 57.29578);
   else if (speed > 0.1 + 0.2 * found.motion.v.norm())
     out.why_not = fmt::format("the speed is known to {:.2f} m/s only", speed);

@@ -8,8 +8,9 @@ namespace takt::online {
 
 namespace {
 
-/// Odds at the start that a camera's clock is the IMU's own, so that nothing drifts.
-constexpr double no_drift_odds = 1;
+/// Odds at the start that a camera's clock runs as the IMU's does. A drift is soon found out, and until then its chance
+/// widens the answer of every rig that has none.
+constexpr double no_drift_odds = 8;
 
 }  // namespace
 

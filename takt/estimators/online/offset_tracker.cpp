@@ -57,6 +57,8 @@ constexpr double longest_imu_hole_s = 0.15;
 constexpr double held_too_long_s = 5, trusted_sigma_s = 1e-3, least_tracked_s = 1;
 /// Of pictures, whose corners err alike from frame to frame: on EuRoC's 4.7 s the answer is 3.7 σ off.
 constexpr double least_followed_s = 10;
+/// A motion that is lost sooner was wrong from the start: nothing is learned from it.
+constexpr double least_proven_s = 3;
 /// What an offset that is not watched may do (1/√s·s): a drift of this size, one sigma.
 constexpr double unwatched_drift = 5e-5;
 /// A corner tracker's, until it is measured.
@@ -380,6 +382,10 @@ struct OffsetTracker::State {
     if (report.lost) {
       lose("the motion was lost");
     } else if (report.stepped) {
+      if (t_motion_s - t_started_s < least_proven_s) {
+        lose("the first motion was wrong", true);
+        return;
+      }
       ++counted.steps;
       for (auto& k : known.cameras) k.offset_sigma_s = 0.02;
       lose("the offset has stepped", true);
@@ -389,9 +395,10 @@ struct OffsetTracker::State {
   /// Starts again with what was learned: biases, mounting, offsets.
   void lose(std::string reason, bool offsets_too = false) {
     const Motion m = method->motion();
-    if (m.gyro_bias.allFinite() && m.gyro_bias.norm() < 0.5)
+    const bool proven = t_motion_s - t_started_s >= least_proven_s;
+    if (proven && m.gyro_bias.allFinite() && m.gyro_bias.norm() < 0.5)
       known.gyro_bias = m.gyro_bias, known.gyro_bias_sigma = 5e-3;
-    if (m.accel_bias.allFinite() && m.accel_bias.norm() < 2) known.accel_bias = m.accel_bias;
+    if (proven && m.accel_bias.allFinite() && m.accel_bias.norm() < 2) known.accel_bias = m.accel_bias;
     for (std::size_t c = 0; c < cameras.size(); ++c) {
       last_belief.resize(cameras.size());
       last_belief[c] = method->belief(c);

@@ -19,6 +19,8 @@ constexpr double intrinsics_sigma_px = 5;
 /// A followed corner's error persists from picture to picture, which its scatter does not show.
 constexpr double measured_widened = 1.5;
 constexpr double still_speed_sigma = 0.01;
+/// Jacobians follow the estimate until the motion is known so well that its first estimates may stand for it.
+constexpr double settled_after_s = 5;
 
 /// Wilson and Hilferty's quantile of χ² at 3.1 σ: one good feature in a thousand is refused.
 double most_squares(int rows) {
@@ -54,7 +56,7 @@ void Msckf::lay_out_state() {
 }
 
 void Msckf::start(const FirstMotion& first) {
-  t_s_ = first.t_s;
+  t_s_ = t_started_s_ = first.t_s;
   now_ = first.motion;
   R_first_ = now_.R, p_first_ = now_.p, v_first_ = now_.v;
   clones_.clear();
@@ -382,6 +384,10 @@ void Msckf::move_state(const Eigen::VectorXd& error) {
     k.clone.R = (k.clone.R * exp_so3(error.segment<3>(at))).normalized();
     k.clone.p += error.segment<3>(at + 3);
     at += 6;
+  }
+  if (t_s_ - t_started_s_ < settled_after_s) {
+    R_first_ = now_.R, p_first_ = now_.p, v_first_ = now_.v;
+    for (Kept& k : clones_) k.clone.R_first = k.clone.R, k.clone.p_first = k.clone.p;
   }
 }
 

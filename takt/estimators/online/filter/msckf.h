@@ -75,7 +75,7 @@ class Msckf : public OffsetMethod {
   TrackingOptions options_;
   ImuNoise noise_;
 
-  double t_s_ = 0;
+  double t_s_ = 0, t_started_s_ = 0;
   Motion now_;
   Quat R_first_;
   Vec3 p_first_, v_first_;

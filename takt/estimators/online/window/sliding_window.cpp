@@ -81,8 +81,7 @@ void SlidingWindow::start(const FirstMotion& first) {
 
   State s;
   s.t_s = first.t_s;
-  s.motion = s.first = first.motion;
-  s.frozen = true;
+  s.motion = s.at_prior = first.motion;
   prior_.H.setZero(border_ + state_size(), border_ + state_size());
   prior_.g.setZero(border_ + state_size());
   prior_.H.block<motion_size, motion_size>(border_, border_) = first.covariance.llt().solve(Mat15::Identity());
@@ -110,8 +109,8 @@ void SlidingWindow::start(const FirstMotion& first) {
     beliefs_[i].line_delay_s = from.line_delay_s, beliefs_[i].line_delay_sigma_s = from.line_delay_sigma_s;
     beliefs_[i].extrinsics = from.extrinsics;
   }
-  s.first_clocks = s.clocks;
-  first_cameras_ = cameras_;
+  s.clocks_at_prior = s.clocks;
+  cameras_at_prior_ = cameras_;
   states_.push_back(std::move(s));
 }
 
@@ -168,7 +167,7 @@ void SlidingWindow::add_state(double t_s, const ImuHistory& imu) {
   propagate(s.motion, imu, from.t_s, t_s, noise_, nullptr);
   s.clocks = from.clocks;
   for (Clock& k : s.clocks) k.offset_s += (t_s - from.t_s) * k.drift, k.slip_s = 0;
-  s.first = s.motion, s.first_clocks = s.clocks;
+  s.at_prior = s.motion, s.clocks_at_prior = s.clocks;
   s.rate = imu.mean(t_s, 0.004).gyro;
   from.to_next.emplace(imu, from.t_s, t_s, from.motion, noise_);
   states_.push_back(std::move(s));
@@ -233,14 +232,10 @@ double SlidingWindow::shift_of(const State& s, const Shot& shot) const {
 }
 
 Clone SlidingWindow::clone_of(const State& s, const Shot& shot) const {
-  Clone clone{s.motion.R, s.frozen ? s.first.R : s.motion.R, s.motion.p, s.frozen ? s.first.p : s.motion.p,
-              shot.readout};
-  if (options_.feature_velocity) return clone;
-  const double shift_s = shift_of(s, shot);
-  const Quat turn = exp_so3(shift_s * (s.rate - s.motion.gyro_bias));
-  clone.R = clone.R * turn, clone.R_first = clone.R_first * turn;
-  clone.p += shift_s * s.motion.v, clone.p_first += shift_s * s.motion.v;
-  return clone;
+  const double shift_s = options_.feature_velocity ? 0 : shift_of(s, shot);
+  const Quat R = s.motion.R * exp_so3(shift_s * (s.rate - s.motion.gyro_bias));
+  const Vec3 p = s.motion.p + shift_s * s.motion.v;
+  return {R, R, p, p, shot.readout};
 }
 
 std::optional<Landmark> SlidingWindow::triangulated(std::size_t camera, const Track& track) const {
@@ -309,27 +304,10 @@ void SlidingWindow::solve(const ImuHistory& imu) {
   relink(imu);
   choose_tracks();
   Normals here = assemble();
-  double damping = 0;
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    Eigen::MatrixXd H = here.H;
-    if (damping > 0) H.diagonal() *= 1 + damping;
-    const Eigen::LLT<Eigen::MatrixXd> llt(std::move(H));
-    if (llt.info() != Eigen::Success) {
-      damping = std::max(1e-6, 10 * damping);
-      if (damping > 1) break;
-      continue;
-    }
-    Snapshot before{states_, cameras_, tracks_};
-    move(-llt.solve(here.g));
-    Normals there = assemble();
-    if (!std::isfinite(there.cost) || there.cost > here.cost + 1e-9 * (1 + std::abs(here.cost))) {
-      states_ = std::move(before.states), cameras_ = std::move(before.cameras), tracks_ = std::move(before.tracks);
-      damping = std::max(1e-4, 10 * damping);
-      continue;
-    }
-    const double gained = here.cost - there.cost;
-    here = std::move(there);
-    damping *= 0.1;
+    const Eigen::LLT<Eigen::MatrixXd> llt(here.H);
+    if (llt.info() != Eigen::Success) break;
+    const double gained = descend(-llt.solve(here.g), here);
     if (gained < 0.05 + 1e-3 * here.squares) break;
   }
   if (here.freedom > 30) {
@@ -341,6 +319,23 @@ void SlidingWindow::solve(const ImuHistory& imu) {
   }
   drop_strangers();
   learn_beliefs(here);
+}
+
+/// Goes along `step`, or less far where the fit becomes worse; what the cost falls by. Shorter steps and no damping of
+/// the diagonal, which would hold fast what the links between states leave to all of them in common: the offset.
+double SlidingWindow::descend(const Eigen::VectorXd& step, Normals& here) {
+  const Snapshot before{states_, cameras_, tracks_};
+  for (const double share : {1.0, 0.3, 0.1}) {
+    move(share * step);
+    Normals there = assemble();
+    const double gained = here.cost - there.cost;
+    if (gained > 0) {
+      here = std::move(there);
+      return gained;
+    }
+    states_ = before.states, cameras_ = before.cameras, tracks_ = before.tracks;
+  }
+  return 0;
 }
 
 SlidingWindow::Normals SlidingWindow::assemble() {
@@ -362,7 +357,7 @@ SlidingWindow::Normals SlidingWindow::assemble() {
 Eigen::VectorXd SlidingWindow::deviation() const {
   Eigen::VectorXd d = Eigen::VectorXd::Zero(size());
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
-    const Camera &c = cameras_[i], &from = first_cameras_[i];
+    const Camera &c = cameras_[i], &from = cameras_at_prior_[i];
     if (c.at_line_delay >= 0) d[c.at_line_delay] = c.line_delay_s - from.line_delay_s;
     if (c.at_extrinsics >= 0) {
       d.segment<3>(c.at_extrinsics) =
@@ -373,14 +368,13 @@ Eigen::VectorXd SlidingWindow::deviation() const {
   }
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const State& s = states_[i];
-    if (!s.frozen) continue;
     const int at = at_state(i);
-    d.segment<motion_size>(at) = difference(s.motion, s.first);
+    d.segment<motion_size>(at) = difference(s.motion, s.at_prior);
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
       const int k = at + motion_size + clock_size * static_cast<int>(c);
-      d[k + at_offset] = (s.clocks[c].offset_s - s.first_clocks[c].offset_s) / ms;
-      d[k + at_drift] = (s.clocks[c].drift - s.first_clocks[c].drift) / ppm;
-      d[k + at_slip] = (s.clocks[c].slip_s - s.first_clocks[c].slip_s) / ms;
+      d[k + at_offset] = (s.clocks[c].offset_s - s.clocks_at_prior[c].offset_s) / ms;
+      d[k + at_drift] = (s.clocks[c].drift - s.clocks_at_prior[c].drift) / ppm;
+      d[k + at_slip] = (s.clocks[c].slip_s - s.clocks_at_prior[c].slip_s) / ms;
     }
   }
   return d;
@@ -399,7 +393,7 @@ void SlidingWindow::add_link(std::size_t i, Normals& n) const {
   const ImuLink& link = *a.to_next;
   const int at_a = at_state(i), at_b = at_state(i + 1);
   const Vec15 r = link.residual(a.motion, b.motion);
-  const auto j = link.jacobians(a.frozen ? a.first : a.motion, b.frozen ? b.first : b.motion);
+  const auto j = link.jacobians(a.motion, b.motion);
   const Vec15 wr = link.information() * r;
   const Mat15 w_from = link.information() * j.to_from, w_to = link.information() * j.to_to;
   n.H.block<motion_size, motion_size>(at_a, at_a).noalias() += j.to_from.transpose() * w_from;
@@ -486,7 +480,7 @@ bool SlidingWindow::add_track(std::size_t camera, Track& track, Normals& n) cons
     e.columns[static_cast<std::size_t>(at + 7)] = clock + at_slip;
 
     const Clone clone = clone_of(s, *shot);
-    const auto o = online::observe(seen.sighting, clone, c.extrinsics, c.line_delay_s, track.landmark, s.frozen);
+    const auto o = online::observe(seen.sighting, clone, c.extrinsics, c.line_delay_s, track.landmark, false);
     if (!o) {
       n.cost += 20;  // as bad as an outlier
       track.active = false;
@@ -626,17 +620,14 @@ void SlidingWindow::learn_beliefs(const Normals& normals) {
 }
 
 void SlidingWindow::marginalise(std::size_t gone) {
-  // Everything that speaks of the state, at its Jacobians' points.
+  // Everything that speaks of the state, as it is now.
   Normals n;
   n.H.setZero(size(), size());
   n.g.setZero(size());
   add_prior(n);
-  std::vector<bool> spoken_of(states_.size(), false);
-  spoken_of[gone] = true;
   for (const std::size_t i : {gone - 1, gone}) {
     if (i >= states_.size() || !states_[i].to_next) continue;
     add_link(i, n);
-    spoken_of[i] = spoken_of[i + 1] = true;
   }
   add_slips(gone, n);
   if (states_[gone].still) add_stillness(gone, n);
@@ -661,19 +652,12 @@ void SlidingWindow::marginalise(std::size_t gone) {
           known = add_track(camera, trial, alone) && alone.squares < most_squares(alone.freedom);
         }
       }
-      if (known && add_track(camera, track, n))
-        for (const Seen& s : track.seen) spoken_of[find(s.shot).first] = true;
+      if (known) add_track(camera, track, n);
       // What it said is said; what is seen of it from now on is another point.
       track.seen.clear();
       track.active = false;
       it = track.ended ? tracks_[camera].erase(it) : std::next(it);
     }
-  for (std::size_t i = 0; i < states_.size(); ++i)
-    if (spoken_of[i] && !states_[i].frozen) {
-      states_[i].frozen = true;
-      states_[i].first = states_[i].motion, states_[i].first_clocks = states_[i].clocks;
-    }
-
   const int at = at_state(gone), width = state_size(), rest = size() - width;
   std::vector<int> keep;
   for (int i = 0; i < size(); ++i)
@@ -695,7 +679,9 @@ void SlidingWindow::marginalise(std::size_t gone) {
   prior_.H = 0.5 * (H + H.transpose());
   states_.erase(states_.begin() + static_cast<std::ptrdiff_t>(gone));
   if (gone > 0) states_[gone - 1].to_next.reset();
-  prior_.g = g - prior_.H * deviation();
+  prior_.g = std::move(g);
+  for (State& s : states_) s.at_prior = s.motion, s.clocks_at_prior = s.clocks;
+  cameras_at_prior_ = cameras_;
   marginalised_ = true;
 }
 

@@ -59,9 +59,8 @@ class SlidingWindow : public OffsetMethod {
   };
   struct State {
     double t_s;
-    Motion motion, first;  ///< first: where Jacobians are taken once a prior depends on it
-    std::vector<Clock> clocks, first_clocks;
-    bool frozen = false;
+    Motion motion, at_prior;  ///< at_prior: where the prior's gradient is taken
+    std::vector<Clock> clocks, clocks_at_prior;
     Vec3 rate = Vec3::Zero();  ///< rad/s, as the gyro reads
     std::vector<Shot> shots;
     bool still = false;
@@ -95,7 +94,7 @@ class SlidingWindow : public OffsetMethod {
   };
   struct Prior {
     Eigen::MatrixXd H;
-    Eigen::VectorXd g;  ///< at the linearisation points
+    Eigen::VectorXd g;  ///< where the states were when it was made
   };
   struct Snapshot {
     std::deque<State> states;
@@ -115,6 +114,7 @@ class SlidingWindow : public OffsetMethod {
   void recentre(const ImuHistory& imu);
   void relink(const ImuHistory& imu);
   void solve(const ImuHistory& imu);
+  double descend(const Eigen::VectorXd& step, Normals& here);
   void drop_strangers();
   void learn_beliefs(const Normals& normals);
 
@@ -137,7 +137,7 @@ class SlidingWindow : public OffsetMethod {
   TrackingRig rig_;
   TrackingOptions options_;
   ImuNoise noise_;
-  std::vector<Camera> cameras_, first_cameras_;
+  std::vector<Camera> cameras_, cameras_at_prior_;
   int border_ = 0;
   std::deque<State> states_;
   std::vector<std::map<std::int64_t, Track>> tracks_;  ///< by camera
