@@ -11,6 +11,7 @@
 #include "takt/recording/gnss_log.h"
 #include "takt/simulation/clock_rig.h"
 #include "takt/simulation/random.h"
+#include "takt/simulation/scenario.h"
 #include "takt/test_paths.h"
 
 namespace takt {
