@@ -8,6 +8,7 @@
 
 #include "takt/estimators/alignment/expectations.h"
 #include "takt/estimators/alignment/step_model.h"
+#include "takt/math/median.h"
 
 namespace takt::alignment {
 
@@ -45,9 +46,7 @@ double residual_scale(const std::vector<Linear>& all) {
   for (const Linear& l : all)
     if (l.used) m.push_back((l.root * l.rows.col(unknowns)).squaredNorm());
   if (m.empty()) return 1;
-  const auto mid = m.begin() + static_cast<std::ptrdiff_t>(m.size() / 2);
-  std::nth_element(m.begin(), mid, m.end());
-  return std::max(1e-9, std::sqrt(*mid / 2.366));
+  return std::max(1e-9, std::sqrt(median(std::move(m)) / 2.366));
 }
 
 /// Visits every used step with its rows whitened in itself (claimed covariance), robustly weighted and whitened in
@@ -157,10 +156,8 @@ double heavy_tailed_likelihood(const std::vector<Linear>& all) {
   for (const Linear& l : all)
     if (l.used) squares.push_back(l.rows.col(unknowns).squaredNorm());
   if (squares.empty()) return 0;
-  const auto mid = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-  std::nth_element(squares.begin(), mid, squares.end());
   constexpr double freedom = 3;
-  const double variance = std::max(1e-16, *mid / 2.366);
+  const double variance = std::max(1e-16, median(squares) / 2.366);
   double sum = 0;
   for (const double s : squares)
     sum -= 0.5 * (freedom + 3) * std::log1p(s / (freedom * variance)) + 1.5 * std::log(variance);
