@@ -30,6 +30,9 @@ struct Scenario {
   double readout_s = 0;  ///< rolling shutter
   bool readout_known = true;
   double outliers = 0;
+  /// σ of how far beside its feature a tracker's window has its centre of contrast: as the picture turns, so does the
+  /// error, for as long as the feature is followed (px).
+  double window_error_px = 0;
   double frame_drop = 0, imu_drop = 0;
   LowPassKind low_pass = LowPassKind::none;  ///< of the reference
 };
@@ -95,9 +98,24 @@ inline HandheldOptions options_of(const Scenario& s, Random& random, std::uint64
   return o;
 }
 
+inline void turn_windows(const Scenario& s, const SimulatedCamera& camera, const SimulatedRecording& run,
+                         TrackStream& tracks) {
+  for (std::size_t frame = 0; frame < tracks.size(); ++frame) {
+    const Mat3 R = cam_from_world(*run.trajectory, camera.T_body_cam, run.exposures[frame].middle_s).linear();
+    const Vec2 up = R.col(2).head<2>().normalized();
+    Eigen::Matrix2d turn;
+    turn << up.x(), -up.y(), up.y(), up.x();
+    for (TrackedFeature& f : tracks.features[frame]) {
+      Random beside(static_cast<std::uint64_t>(f.id), "window");
+      f.pixel += s.window_error_px * (turn * Vec2(beside.normal(), beside.normal()));
+    }
+  }
+}
+
 inline Recorded record(const Scenario& s, std::uint64_t seed) {
   Random random(seed, "case " + s.motion);
-  SimulatedRecording run = simulate_handheld(options_of(s, random, seed));
+  const HandheldOptions options = options_of(s, random, seed);
+  SimulatedRecording run = simulate_handheld(options);
   Recorded out;
   out.reference = run.recording.imus.front();
   out.truth = run.truth;
@@ -105,14 +123,15 @@ inline Recorded record(const Scenario& s, std::uint64_t seed) {
     out.sensor = gyro_rotation(second_gyro(s, run, Random(seed, "second gyro")));
   } else if (s.sensor == Sensor::tracks) {
     TrackStream& tracks = run.recording.tracks.front();
+    if (s.window_error_px > 0) turn_windows(s, options.camera, run, tracks);
     if (!s.readout_known) tracks.timing.shutter = Shutter::unknown, tracks.timing.readout_s = 0;
     out.sensor = track_rotation(tracks);
   } else {
     CameraStream& camera = run.recording.cameras.front();
     if (!s.readout_known) camera.timing.shutter = Shutter::unknown, camera.timing.readout_s = 0;
-    VisualRotationOptions options;
-    options.decode_ahead = 0;
-    out.sensor = visual_rotation(camera, *camera.model, options);
+    VisualRotationOptions how;
+    how.decode_ahead = 0;
+    out.sensor = visual_rotation(camera, *camera.model, how);
   }
   return out;
 }

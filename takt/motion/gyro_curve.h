@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstddef>
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "takt/motion/rotation.h"
+#include "takt/motion/sample_times.h"
 
 namespace takt {
 
@@ -19,13 +19,13 @@ class GyroCurve {
   /// A gap is a step of more than `gap_factor` times the median step.
   GyroCurve(std::vector<double> times_s, std::vector<Vec3> rates, double gap_factor = 3.5);
 
-  [[nodiscard]] double begin_s() const { return t_.front(); }
-  [[nodiscard]] double end_s() const { return t_.back(); }
-  [[nodiscard]] double median_step_s() const { return median_step_; }
-  [[nodiscard]] std::size_t gaps() const { return gaps_; }
+  [[nodiscard]] double begin_s() const { return t_.begin_s(); }
+  [[nodiscard]] double end_s() const { return t_.end_s(); }
+  [[nodiscard]] double median_step_s() const { return t_.median_step_s(); }
+  [[nodiscard]] std::size_t gaps() const { return t_.gaps(); }
 
   /// Whether [t0, t1] lies within the samples and contains no gap.
-  [[nodiscard]] bool covers(double t0, double t1) const;
+  [[nodiscard]] bool covers(double t0, double t1) const { return t_.covers(t0, t1); }
 
   /// All below need covers(t, t) (std::out_of_range otherwise).
   [[nodiscard]] Vec3 rate(double t) const;
@@ -40,22 +40,17 @@ class GyroCurve {
   /// motion well below the Nyquist rate hardly enters.
   [[nodiscard]] double noise_density() const;
 
-  [[nodiscard]] std::span<const double> times_s() const { return t_; }
+  [[nodiscard]] std::span<const double> times_s() const { return t_.all(); }
   [[nodiscard]] std::span<const Vec3> rates() const { return rate_; }
 
  private:
-  /// Index j of the sample interval [t_j, t_j+1] that holds t.
-  [[nodiscard]] std::size_t interval(double t) const;
   [[nodiscard]] Vec3 rate_in(std::size_t j, double t) const;
   [[nodiscard]] Vec3 rotation_in(std::size_t j, double t0, double t1) const;
 
-  std::vector<double> t_;
+  SampleTimes t_;
   std::vector<Vec3> rate_;
-  std::vector<Vec3> curvature_;         ///< second derivative of the rate spline at the samples
-  std::vector<Quat> attitude_;          ///< at the samples, from the stretch's first sample
-  std::vector<std::uint32_t> stretch_;  ///< which gap-free stretch a sample belongs to
-  double median_step_ = 0;
-  std::size_t gaps_ = 0;
+  std::vector<Vec3> curvature_;  ///< second derivative of the rate spline at the samples
+  std::vector<Quat> attitude_;   ///< at the samples, from the stretch's first sample
 };
 
 }  // namespace takt

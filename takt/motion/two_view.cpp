@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "takt/math/median.h"
+
 namespace takt {
 
 namespace {
@@ -31,12 +33,6 @@ Tangent tangent(const Vec3& a) {
 
 /// σ of a normal variable over the median of its magnitude.
 constexpr double mad_to_sigma = 1.4826;
-
-double median(std::vector<double>& v) {
-  const auto mid = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), mid, v.end());
-  return *mid;
-}
 
 /// The matches in their tangent planes, linearised at a rotation.
 struct Linearised {
@@ -95,7 +91,8 @@ Noise measure_noise(const Linearised& l, const Vec3& v, double sigma_before, con
     out.misfit[i] = std::sqrt(e.dot(weight(l, i, v, sigma_before, options.depth_scatter, all) * e));
   }
   // Six unknowns (rotation and parallax) were fitted to n residuals of one dimension each.
-  const double sigma = mad_to_sigma * median(across) / std::sqrt(2.0) * std::sqrt(all / std::max(1.0, all - 5));
+  const double sigma =
+      mad_to_sigma * median(std::move(across)) / std::sqrt(2.0) * std::sqrt(all / std::max(1.0, all - 5));
   out.sigma = std::max(options.sigma_floor_rad, sigma);
   for (double& m : out.misfit) m /= std::sqrt(2.0) * out.sigma;
   return out;
@@ -158,6 +155,7 @@ TwoViewNormals normals(const Linearised& l, const ParallaxFit& fit, std::span<co
   Eigen::MatrixXd full = Eigen::MatrixXd::Zero(m + 3, m + 3);
   Eigen::VectorXd g = Eigen::VectorXd::Zero(m + 3);
   Eigen::MatrixXd row(2, m + 3);
+  Eigen::MatrixXd each(m + 3, options.each_match ? static_cast<Eigen::Index>(l.size()) : 0);
   std::size_t explained = 0;
   for (std::size_t i = 0; i < l.size(); ++i) {
     const double misfit = fit.noise.misfit[i];
@@ -169,7 +167,9 @@ TwoViewNormals normals(const Linearised& l, const ParallaxFit& fit, std::span<co
       row.col(3 + k) = -l.basis[i] * extra[static_cast<std::size_t>(k)].col(static_cast<Eigen::Index>(i));
     row.rightCols<3>() = l.by_parallax(i);
     full.noalias() += row.transpose() * w * row;
-    g.noalias() += row.transpose() * (w * l.residual[i]);
+    const Vec2 weighted = w * l.residual[i];
+    g.noalias() += row.transpose() * weighted;
+    if (options.each_match) each.col(static_cast<Eigen::Index>(i)).noalias() = row.transpose() * weighted;
   }
   const double noise_var = 2 * fit.noise.sigma * fit.noise.sigma;
   full /= noise_var;
@@ -183,6 +183,7 @@ TwoViewNormals normals(const Linearised& l, const ParallaxFit& fit, std::span<co
   TwoViewNormals out;
   out.information = full.topLeftCorner(m, m) - gain * cross.transpose();
   out.gradient = g.head(m) - gain * g.tail<3>();
+  if (options.each_match) out.each = (each.topRows(m) - gain * each.bottomRows<3>()) / noise_var;
   out.parallax = fit.v;
   out.sigma_rad = fit.noise.sigma;
   out.explained = static_cast<double>(explained) / static_cast<double>(l.size());
@@ -202,7 +203,7 @@ Quat consensus_rotation(const BearingPairs& pairs) {
   // Half the matches should pass the cut under the best hypothesis; start from the flow's own size.
   std::vector<double> flow;
   for (Eigen::Index i = 0; i < n; ++i) flow.push_back((pairs.from.col(i) - pairs.to.col(i)).norm());
-  const double cut = std::max(1e-4, 0.5 * median(flow));
+  const double cut = std::max(1e-4, 0.5 * median(std::move(flow)));
   double best_score = score(best, cut);
   std::uint64_t state = 0x9E3779B97F4A7C15u;  // any fixed start: the result must not depend on the caller's history
   const auto pick = [&] {

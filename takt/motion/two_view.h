@@ -41,6 +41,7 @@ struct TwoViewNormals {
   Vec3 parallax;                ///< v given δ = 0
   double sigma_rad = 0;         ///< measured noise of one bearing, one axis (robust)
   double explained = 0;         ///< share of the matches that lie within 4σ of the model
+  Eigen::MatrixXd each;         ///< (3+E)×n: what each match adds to the gradient, where that is asked for
 };
 
 struct TwoViewOptions {
@@ -51,6 +52,7 @@ struct TwoViewOptions {
   Vec3 parallax_mean = Vec3::Zero();         ///< what is known of v beforehand (rad)
   Mat3 parallax_information = Mat3::Zero();  ///< how well (1/rad²); zero: nothing is
   double sigma_floor_rad = 1e-6;
+  bool each_match = false;  ///< fill TwoViewNormals::each
 };
 
 /// Linearised at the rotation R_from_to. `extra[e]` holds, per match, the derivative of (from − p) to parameter e

@@ -133,6 +133,14 @@ TEST(CsvLog, AnAccelerometersFileIsNotTakenForRates) {
   EXPECT_FALSE(says(read_csv_log("t_ns,wx,wy,wz\n0,0,0,9.8\n5000000,0,0,9.8\n", "accel_rig.csv", {}), "accelerometer"));
 }
 
+TEST(CsvLog, UnitsMayBePartOfTheColumnsNames) {
+  for (const char* unit : {"_mdps", "_mdeg_s", " mdeg/s", "_degps", " (deg/s)", "_rad/s"}) {
+    std::string header = "timestamp_us";
+    for (const char axis : {'x', 'y', 'z'}) header += fmt::format(",g{}{}", axis, unit);
+    EXPECT_EQ(read(header + "\n0,1,2,3\n10000,1,2,3\n").imus.at(0).size(), 2u) << header;
+  }
+}
+
 TEST(CsvLog, RateUnits) {
   const Recording named = read("t_ns,gx [deg/s],gy [deg/s],gz [deg/s]\n0,180,0,0\n1000000,180,0,0\n");
   EXPECT_DOUBLE_EQ(named.imus[0].gyro_rad_s[0].x(), std::numbers::pi);

@@ -60,8 +60,13 @@ Kind kind_of(const std::string& prefix) {
 
 /// "gyro_x" -> ("gyro", 0); "wz_rad_s" -> ("w", 2); nothing for a name without axis.
 std::optional<std::pair<std::string, std::size_t>> axis_of(std::string name) {
-  for (const char* unit : {"_rad_s", "_deg_s", "_m_s2", "_radps", "_dps", "_rads", "_g", "_mg"})
-    if (name.ends_with(unit)) name.resize(name.size() - std::char_traits<char>::length(unit));
+  for (const char* unit : {"_mdeg_s", "_mrad_s", "_rad_s", "_deg_s", "_m_s2",   "_mdps",  "_radps",  "_degps",
+                           "_dps",    "_rads",   "_mps2",  "_mg",    "_g",      "_rad/s", "_mdeg/s", "_deg/s",
+                           "_m/s2",   "_m/s^2",  " rad/s", " deg/s", " mdeg/s", " m/s2",  " m/s^2"})
+    if (name.ends_with(unit)) {
+      name.resize(name.size() - std::char_traits<char>::length(unit));
+      break;
+    }
   if (name.empty() || name.back() < 'x' || name.back() > 'z') return std::nullopt;
   const auto axis = static_cast<std::size_t>(name.back() - 'x');
   name.pop_back();

@@ -137,14 +137,24 @@ std::string to_rad_per_s(std::vector<Vec3>& rates, std::string_view header, Rate
     scale(rates, rad_per_deg);
     return "rates taken as deg/s (as asked)";
   }
-  const bool in_degrees = has_word(header, {"deg", "degs", "dps", "degrees"}) || header.find("\xc2\xb0") != header.npos;
-  if (in_degrees) {
-    scale(rates, rad_per_deg);
-    return fmt::format("rates taken as deg/s (from the header '{}')", header);
-  }
-  if (has_word(header, {"rad", "rads", "radians"})) {
+  const auto from_header = [&](double unit_rad_s, const char* unit) {
+    scale(rates, unit_rad_s);
+    return fmt::format("rates taken as {} (from the header '{}')", unit, header);
+  };
+  if (has_word(header, {"mdeg", "mdps", "mdegps", "millidegrees"})) return from_header(1e-3 * rad_per_deg, "mdeg/s");
+  if (has_word(header, {"mrad", "mrads", "mradps", "milliradians"})) return from_header(1e-3, "mrad/s");
+  if (has_word(header, {"deg", "degs", "dps", "degps", "degrees"}) || header.find("\xc2\xb0") != header.npos)
+    return from_header(rad_per_deg, "deg/s");
+  if (has_word(header, {"rad", "rads", "radps", "radians"})) {
     const char* doubt = high > 35 ? ", yet beyond 35 rad/s: are they deg/s? --rate-unit overrules" : "";
     return fmt::format("rates taken as rad/s (from the header '{}'{})", header, doubt);
+  }
+  // No gyro that is held or mounted measures 4000 deg/s.
+  if (high > 4000) {
+    scale(rates, 1e-3 * rad_per_deg);
+    return fmt::format(
+        "rates taken as mdeg/s (median {:.3g}, 99 % below {:.3g}: too fast for deg/s; --rate-unit overrules)", typical,
+        high);
   }
   // 35 rad/s is the full scale of common gyros (2000 deg/s), and nothing handled turns at 5 rad/s half of the time.
   if (high > 35 || typical > 5) {

@@ -65,5 +65,17 @@ TEST(Units, AccelerationsByHeaderAndByGravity) {
   EXPECT_DOUBLE_EQ(one(100, "ax"), 100);
 }
 
+TEST(Units, MilliUnitsAreTakenFromTheHeaderOrFromWhatNoGyroMeasures) {
+  std::vector<Vec3> rates(50, Vec3(30000, 0, 0));
+  EXPECT_NE(to_rad_per_s(rates, "gx_mdps gy_mdps gz_mdps", RateUnit::automatic).find("mdeg/s"), std::string::npos);
+  EXPECT_NEAR(rates[0].x(), 0.5236, 1e-4);
+  rates.assign(50, Vec3(30000, 0, 0));
+  EXPECT_NE(to_rad_per_s(rates, "gx gy gz", RateUnit::automatic).find("mdeg/s"), std::string::npos);
+  EXPECT_NEAR(rates[0].x(), 0.5236, 1e-4);
+  rates.assign(50, Vec3(250, 0, 0));
+  EXPECT_NE(to_rad_per_s(rates, "gx [mrad/s]", RateUnit::automatic).find("mrad/s"), std::string::npos);
+  EXPECT_NEAR(rates[0].x(), 0.25, 1e-9);
+}
+
 }  // namespace
 }  // namespace takt

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "takt/math/median.h"
 #include "takt/signals/rotation_chain.h"
 
 namespace takt {
@@ -18,12 +19,6 @@ struct Sample {
   Stamp stamp;
   Quat q;
 };
-
-double median(std::vector<double> v) {
-  const auto mid = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), mid, v.end());
-  return *mid;
-}
 
 /// The step in which the quaternions' components are written: the smallest distance of two different values.
 double component_step(const std::vector<Sample>& samples) {

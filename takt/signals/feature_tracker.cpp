@@ -9,13 +9,21 @@
 #include <string>
 #include <utility>
 
+#include "takt/signals/patch.h"
+
 namespace takt {
 
 namespace {
 
+/// A corner is the same while its patch correlates by this with what was seen first, found this near to where its
+/// window went.
+constexpr double same_correlation = 0.8, same_place_px = 1.5;
+
 struct Track {
   std::int64_t id;
   cv::Point2f at;  ///< px at working size
+  Patch seen_first;
+  Eigen::Matrix2d shape = Eigen::Matrix2d::Identity();  ///< how `seen_first` is warped by now
 };
 
 /// The image pyramid as calcOpticalFlowPyrLK takes it: image and derivative of each level in turn.
@@ -29,6 +37,10 @@ struct Pyramid {
 cv::Mat view(const GrayImage& image) {
   return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels),
           static_cast<std::size_t>(image.stride)};
+}
+
+GrayImage as_image(const cv::Mat& m) {
+  return {m.cols, m.rows, static_cast<std::ptrdiff_t>(m.step), m.data, nullptr};
 }
 
 int reduction_for(int width, int full_size_width) {
@@ -96,6 +108,7 @@ struct FeatureTracker::State {
 
   void build_pyramid(const GrayImage& image);
   [[nodiscard]] Followed follow(const FlowPrediction& predict) const;
+  [[nodiscard]] std::optional<Track> find_again(const Track& track, const cv::Point2f& about) const;
   [[nodiscard]] std::vector<FeatureMatch> keep(const Followed& followed);
   void replenish();
   void find_corner(const cv::Rect& cell);
@@ -202,17 +215,35 @@ FeatureTracker::State::Followed FeatureTracker::State::follow(const FlowPredicti
   return out;
 }
 
+/// The corner as it was seen first, warped, near where its window went; where it no longer looks like that, it is
+/// remembered anew as it is now.
+std::optional<Track> FeatureTracker::State::find_again(const Track& track, const cv::Point2f& about) const {
+  const GrayImage picture = as_image(current.image(0));
+  const Vec2 start(about.x, about.y);
+  Track now = track;
+  if (const auto found = track.seen_first.find(picture, {start, track.shape});
+      found && found->correlation > same_correlation && (found->place.at - start).norm() < same_place_px) {
+    now.at = {static_cast<float>(found->place.at.x()), static_cast<float>(found->place.at.y())};
+    now.shape = found->place.shape;
+    return now;
+  }
+  auto anew = Patch::cut(picture, start, options.window_px);
+  if (!anew) return std::nullopt;
+  return Track{track.id, about, std::move(*anew)};
+}
+
 std::vector<FeatureMatch> FeatureTracker::State::keep(const Followed& followed) {
   std::vector<FeatureMatch> matches;
   std::vector<Track> survivors;
   Grid grid(size, options.features);
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     if (followed.closure_px[i] < 0) continue;
-    const cv::Point2f to = followed.to[i];
-    matches.push_back({tracks[i].id, to_full(tracks[i].at, reduction), to_full(to, reduction),
+    auto now = find_again(tracks[i], followed.to[i]);
+    if (!now) continue;
+    matches.push_back({now->id, to_full(tracks[i].at, reduction), to_full(now->at, reduction),
                        static_cast<float>(reduction) * followed.closure_px[i]});
     // Where tracks crowd together the older ones (they come first) go on.
-    if (grid.taken[grid.cell_of(to)]++ < 2) survivors.push_back({tracks[i].id, to});
+    if (grid.taken[grid.cell_of(now->at)]++ < 2) survivors.push_back(std::move(*now));
   }
   tracks = std::move(survivors);
   return matches;
@@ -245,7 +276,9 @@ void FeatureTracker::State::find_corner(const cv::Rect& cell) {
   if (std::sqrt(std::max(best, 0.0)) * 255 / 2 < options.contrast_per_px) return;
   const auto scale = static_cast<float>(1 << level);
   const cv::Point2f p(scale * static_cast<float>(area.x + at.x), scale * static_cast<float>(area.y + at.y));
-  if (inside(p)) tracks.push_back({next_id++, p});
+  if (!inside(p)) return;
+  if (auto patch = Patch::cut(as_image(current.image(0)), {p.x, p.y}, options.window_px))
+    tracks.push_back({next_id++, p, std::move(*patch)});
 }
 
 }  // namespace takt

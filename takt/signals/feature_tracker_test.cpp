@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <set>
 #include <stdexcept>
@@ -57,6 +60,31 @@ TEST(FeatureTracker, FindsAShiftAtHalfSize) {
 }
 TEST(FeatureTracker, OddSizesAreHalvedToo) {
   expect_shift(1281, 721, 2);
+}
+
+TEST(FeatureTracker, FollowsTheCornerAndNotTheWindowWhereThePictureTurnsAndGrows) {
+  const cv::Mat picture = texture(640, 480);
+  const Vec2 centre(320, 240);
+  FeatureTracker tracker;
+  std::map<std::int64_t, Vec2> born;
+  double squares = 0, count = 0;
+  for (int frame = 0; frame < 25; ++frame) {
+    const double angle = 0.03 * frame, scale = 1 + 0.008 * frame;
+    cv::Mat turned;
+    cv::warpAffine(picture, turned, cv::getRotationMatrix2D({320, 240}, angle * 180 / std::numbers::pi, scale),
+                   picture.size(), cv::INTER_CUBIC);
+    // OpenCV turns counterclockwise with y pointing down.
+    const Eigen::Matrix2d warp = scale * Eigen::Rotation2Dd(-angle).toRotationMatrix();
+    for (const FeatureMatch& m : tracker.observe(window(turned, 0, 0, 640, 480))) {
+      const Vec2 now = warp.inverse() * (m.to - centre);
+      const auto first = born.try_emplace(m.id, now).first->second;
+      if (now.cwiseAbs().maxCoeff() > 150) continue;  // the turned picture ends somewhere
+      squares += (now - first).squaredNorm() / 2, count += 1;
+    }
+  }
+  ASSERT_GT(count, 1000);
+  // A window that is only shifted, from frame to frame, goes astray by more than half a pixel here.
+  EXPECT_LT(std::sqrt(squares / count), 0.1);
 }
 
 TEST(FeatureTracker, PositionsBelongToThePixelsWhereverTheWorkIsDone) {

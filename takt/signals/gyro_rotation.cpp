@@ -12,6 +12,7 @@
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
+#include "takt/math/median.h"
 #include "takt/motion/gyro_curve.h"
 
 namespace takt {
@@ -78,10 +79,8 @@ double bandwidth_hz(const UsableSamples& samples, double step_s) {
   if (window > samples.rates.size()) return nyquist;
   const std::vector<double> power = power_spectrum(samples.rates, window);
   // The upper quarter of the spectrum is taken for noise.
-  std::vector<double> upper(power.begin() + static_cast<std::ptrdiff_t>(3 * power.size() / 4), power.end());
-  const auto mid = upper.begin() + static_cast<std::ptrdiff_t>(upper.size() / 2);
-  std::nth_element(upper.begin(), mid, upper.end());
-  const double floor = 2 * *mid;
+  const double floor =
+      2 * median(std::vector(power.begin() + static_cast<std::ptrdiff_t>(3 * power.size() / 4), power.end()));
   double total = 0, below = 0;
   for (const double p : power) total += std::max(0.0, p - floor);
   for (std::size_t k = 0; k < power.size(); ++k) {

@@ -22,8 +22,11 @@ std::vector<BearingMatch> common(const std::vector<SeenFeature>& from, const std
       ++a;
     else if (b->id < a->id)
       ++b;
-    else
-      matches.push_back(match(a++->seen, b++->seen));
+    else {
+      matches.push_back(match(a->seen, b->seen));
+      matches.back().id = a->id;
+      ++a, ++b;
+    }
   }
   return matches;
 }

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "takt/math/median.h"
 #include "takt/motion/two_view.h"
 
 namespace takt {
@@ -31,9 +32,7 @@ BearingPairs columns(const std::vector<BearingMatch>& matches) {
 double median_sigma(const std::vector<BearingMatch>& matches) {
   std::vector<double> sigmas;
   for (const BearingMatch& m : matches) sigmas.push_back(m.sigma_rad);
-  const auto mid = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
-  std::nth_element(sigmas.begin(), mid, sigmas.end());
-  return *mid;
+  return median(std::move(sigmas));
 }
 
 /// The rotation that maps the bearings best when translation is left out of account; robust by reweighting.
@@ -51,10 +50,7 @@ Vec3 apparent_rotation(const std::vector<BearingMatch>& matches) {
     rotation = align_vectors(correlation).rotation;
     for (std::size_t i = 0; i < matches.size(); ++i)
       misfit[i] = (matches[i].from.cast<double>() - rotation * matches[i].to.cast<double>()).norm();
-    std::vector<double> sorted = misfit;
-    const auto mid = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), mid, sorted.end());
-    cut = std::max(1e-6, 1.5 * *mid);
+    cut = std::max(1e-6, 1.5 * median(misfit));
   }
   return log_so3(Quat(rotation));
 }

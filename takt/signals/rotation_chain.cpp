@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "takt/math/median.h"
+
 namespace takt {
 
 RotationChain::RotationChain(RotationSignal signal, PairRotationOptions options, double longest_step_s,
@@ -63,9 +65,7 @@ double median_step_s(const std::vector<Stamp>& stamps) {
   if (stamps.size() < 2) return 0;
   std::vector<Duration> steps(stamps.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = stamps[i + 1] - stamps[i];
-  const auto mid = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), mid, steps.end());
-  return to_seconds(*mid);
+  return to_seconds(median(std::move(steps)));
 }
 
 }  // namespace takt

@@ -19,6 +19,7 @@ struct BearingMatch {
   Eigen::Vector3f from, to;
   float row_from = 0, row_to = 0;
   float sigma_rad = 0;  ///< of one bearing, one axis
+  std::int64_t id = 0;  ///< of the feature, where it is seen in more than two frames
 };
 
 /// R_from_to (takes vectors from the sensor's frame at `to` to its frame at `from`) as a rotation vector, and the

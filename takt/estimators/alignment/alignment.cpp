@@ -29,10 +29,6 @@ constexpr std::size_t fewest_steps = 20;
 constexpr double credible_relative_error = 0.05;
 /// Rolling shutters take longer than this for a frame (s).
 constexpr double fastest_readout_s = 3e-3;
-/// A tracker's errors wander with the feature it follows, so pairs that overlap share them, beyond what the scores of
-/// one recording can show. Error/σ from rendered pictures was wider by 1.5 to 2.1 than from tracks with independent
-/// noise.
-constexpr double tracker_widening = 1.8;
 /// How well it is known which row an apparent rotation stands for, as a share of the height.
 constexpr double apparent_row_sigma = 0.03;
 constexpr double rotation_known_rad = 0.035;
@@ -83,13 +79,6 @@ bool shows_no_readout(const LikelihoodFit& fit) {
   return std::abs(fit.readout_s) < 3 * fit.readout_sigma_s && fit.readout_sigma_s < 0.25 * fastest_readout_s;
 }
 
-void widen(LikelihoodFit& fit, double factor) {
-  fit.offset_sigma_s *= factor, fit.drift_sigma *= factor, fit.readout_sigma_s *= factor;
-  fit.rotation_sigma *= factor;
-  for (WindowOffset& w : fit.windows) w.sigma_s *= factor;
-  for (WindowOffset& w : fit.halves) w.sigma_s *= factor;
-}
-
 LikelihoodFit fit_fine(const Problem& p, const Coarse& start, const AlignmentOptions& options, bool bearings) {
   const FrameTiming& timing = p.signal.timing;
   LikelihoodOptions wanted;
@@ -111,7 +100,6 @@ LikelihoodFit fit_fine(const Problem& p, const Coarse& start, const AlignmentOpt
     wanted.readout = false, wanted.readout_prior_s = wanted.readout_start_s = 0;
     fit = maximise_likelihood(p, again, wanted);
   }
-  if (bearings && p.signal.source == "images") widen(fit, tracker_widening);
   // At the fit's centre the offset does not depend on the drift, so nothing has to be fitted anew without it.
   if (no_drift) fit.drift = 0;
   return fit;

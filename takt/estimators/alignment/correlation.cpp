@@ -8,6 +8,7 @@
 
 #include "takt/estimators/alignment/rate_grid.h"
 #include "takt/math/fourier.h"
+#include "takt/math/median.h"
 
 namespace takt::alignment {
 
@@ -264,11 +265,6 @@ Coarse follow_drift(const Problem& problem, const RateGrids& g, const Correlatio
   for (std::size_t i = 0; i < windows.size(); ++i)
     for (std::size_t j = i + 1; j < windows.size(); ++j)
       slopes.push_back((windows[j].offset - windows[i].offset) / (windows[j].t - windows[i].t));
-  const auto median = [](std::vector<double>& v) {
-    const auto mid = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-    std::nth_element(v.begin(), mid, v.end());
-    return *mid;
-  };
   const double slope = median(slopes);
   std::vector<double> at_centre, spread;
   for (const Window& w : windows) at_centre.push_back(w.offset - slope * (w.t - coarse.centre_s));

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "takt/math/median.h"
+
 namespace takt::alignment {
 
 namespace {
@@ -41,8 +43,7 @@ Excitation measure_excitation(const Problem& problem) {
       principal_rms(steps.size(), [&](std::size_t i) { return Vec3(steps[i].apparent / (steps[i].t1 - steps[i].t0)); });
   std::vector<double> noise;
   for (const Step& s : steps) noise.push_back(std::sqrt(3 / std::max(1e-12, s.information.trace())) / (s.t1 - s.t0));
-  std::nth_element(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2), noise.end());
-  e.sensor_noise = noise[noise.size() / 2];
+  e.sensor_noise = median(std::move(noise));
 
   // The gyro averaged over steps of the sensor, so that its white noise is counted as the comparison will see it.
   const auto rates = problem.reference.rates();

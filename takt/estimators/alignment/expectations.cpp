@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "takt/math/median.h"
+
 namespace takt::alignment {
 
 double relative_variance(const std::vector<Linear>& all, double scale, double before) {
@@ -23,9 +25,7 @@ double relative_variance(const std::vector<Linear>& all, double scale, double be
     const double turn = l.predicted.squaredNorm();
     excess.push_back((l.rows.col(unknowns).squaredNorm() / 2.366 - std::max(0.0, claimed - before * turn)) / turn);
   }
-  const auto mid = excess.begin() + static_cast<std::ptrdiff_t>(excess.size() / 2);
-  std::nth_element(excess.begin(), mid, excess.end());
-  return std::clamp(*mid, 0.0, 0.25);
+  return std::clamp(median(std::move(excess)), 0.0, 0.25);
 }
 
 namespace {

@@ -7,13 +7,13 @@
 #include <cmath>
 
 #include "takt/estimators/alignment/expectations.h"
+#include "takt/estimators/alignment/inflation.h"
 #include "takt/estimators/alignment/step_model.h"
+#include "takt/math/median.h"
 
 namespace takt::alignment {
 
 namespace {
-
-using Normal = Eigen::Matrix<double, unknowns, unknowns>;
 
 /// How far the sensor's rotation may be from the gyro's by a linear map beside a rotation: scale and misalignment of a
 /// gyro, an inexact focal length, a translation that goes with the rotation. Over a short recording such an error would
@@ -24,9 +24,6 @@ constexpr double drift_sigma = 1e-3;
 /// Even a readout from a data sheet is not known better than to this share of it.
 constexpr double readout_known_to = 2e-3;
 constexpr double outlier_sigmas = 4;
-/// Weight falls as 1/m⁴ beyond this many sigmas.
-constexpr double robust_sigmas = 3;
-
 struct Normals {
   Normal h = Normal::Zero();
   State g = State::Zero();
@@ -34,20 +31,13 @@ struct Normals {
   double rows = 0;     ///< weighted count of them
 };
 
-double weight_of(double misfit) {
-  const double r = misfit / robust_sigmas;
-  return 1 / (1 + r * r * r * r);
-}
-
 /// Rms size of the residuals in claimed sigmas, by the median (χ²(3) has median 2.366).
 double residual_scale(const std::vector<Linear>& all) {
   std::vector<double> m;
   for (const Linear& l : all)
     if (l.used) m.push_back((l.root * l.rows.col(unknowns)).squaredNorm());
   if (m.empty()) return 1;
-  const auto mid = m.begin() + static_cast<std::ptrdiff_t>(m.size() / 2);
-  std::nth_element(m.begin(), mid, m.end());
-  return std::max(1e-9, std::sqrt(*mid / 2.366));
+  return std::max(1e-9, std::sqrt(median(std::move(m)) / 2.366));
 }
 
 /// Visits every used step with its rows whitened in itself (claimed covariance), robustly weighted and whitened in
@@ -157,10 +147,8 @@ double heavy_tailed_likelihood(const std::vector<Linear>& all) {
   for (const Linear& l : all)
     if (l.used) squares.push_back(l.rows.col(unknowns).squaredNorm());
   if (squares.empty()) return 0;
-  const auto mid = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-  std::nth_element(squares.begin(), mid, squares.end());
   constexpr double freedom = 3;
-  const double variance = std::max(1e-16, *mid / 2.366);
+  const double variance = std::max(1e-16, median(squares) / 2.366);
   double sum = 0;
   for (const double s : squares)
     sum -= 0.5 * (freedom + 3) * std::log1p(s / (freedom * variance)) + 1.5 * std::log(variance);
@@ -203,52 +191,6 @@ WindowOffset window_offset(const std::vector<Rows>& whitened, const std::vector<
   }
   const double t = 0.5 * (from + to);
   return h > 0 ? WindowOffset{t, g / h, std::sqrt(s2 / h)} : WindowOffset{t, 0, 0};
-}
-
-/// A whitened residual and when it was.
-struct Timed {
-  double t;
-  Rows rows;
-};
-
-/// What whitening has left of correlation widens the covariance of an unknown: Σ over lags of the scores'
-/// autocovariance. Scores are taken in order of time: interleaved chains look at the same scene over overlapping
-/// intervals, so what is wrong with it (depths, moving things) is common to `overlap` of them.
-double score_inflation(const std::vector<Timed>& whitened, const Normal& shape, Unknown unknown, double overlap) {
-  // The unknown's own score once the others are fitted.
-  const State direction = shape.row(unknown).transpose() / shape(unknown, unknown);
-  std::vector<double> score;
-  for (const Timed& w : whitened) score.push_back((w.rows.leftCols<unknowns>() * direction).dot(w.rows.col(unknowns)));
-  double power = 0;
-  for (const double s : score) power += s * s;
-  if (power <= 0 || score.size() < 40) return 1;
-  const double n = static_cast<double>(score.size());
-  const auto lags =
-      static_cast<std::size_t>(std::min(n / 5, std::max(2.5 * overlap, std::min(12.0, 1.5 * std::cbrt(n)))));
-  double sum = power;
-  for (std::size_t lag = 1; lag <= lags; ++lag) {
-    double c = 0;
-    for (std::size_t i = lag; i < score.size(); ++i) c += score[i] * score[i - lag];
-    sum += 2 * (1 - static_cast<double>(lag) / static_cast<double>(lags + 1)) * c;
-  }
-  // The ratio itself scatters by some √(4·lags/3n); within that it is no evidence.
-  const double ratio = sum / power;
-  const double scatter = std::sqrt(4.0 * static_cast<double>(lags) / (3.0 * n));
-  return ratio > 1 + scatter ? std::sqrt(ratio) : 1;
-}
-
-/// Stretches of the recording that scatter about the answer by more than their sigmas say widen it, whatever the cause:
-/// √(χ²/degrees of freedom), where that is more than chance gives.
-double window_inflation(const std::vector<WindowOffset>& windows) {
-  double chi2 = 0, freedom = -1;
-  for (const WindowOffset& w : windows) {
-    if (!(w.sigma_s > 0)) continue;
-    // A single wild one is for the doubts to report.
-    chi2 += std::min(16.0, w.offset_s * w.offset_s / (w.sigma_s * w.sigma_s)), freedom += 1;
-  }
-  if (freedom < 3) return 1;
-  const double ratio = chi2 / freedom;
-  return ratio > 1 + 1.5 * std::sqrt(2 / freedom) ? std::sqrt(ratio) : 1;
 }
 
 void keep_residuals(const std::vector<Item>& items, const std::vector<Linear>& all, LikelihoodFit& fit) {
@@ -334,13 +276,16 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
   add_priors(n, options, x, readout_sigma(), s2);
   const Normal shape = n.h.inverse();
   std::vector<Rows> whitened(all.size(), Rows::Zero());
-  std::vector<Timed> dense;
-  for_each_whitened(all, errors, scale, [&](std::size_t i, const Linear&, double, const Rows& rows) {
-    whitened[i] = rows;
-    dense.push_back({0.5 * (items.all()[i].t0 + items.all()[i].t1), rows});
-  });
+  for_each_whitened(all, errors, scale,
+                    [&](std::size_t i, const Linear&, double, const Rows& rows) { whitened[i] = rows; });
   Normal covariance = s2 * shape;
-  const double remembered = score_inflation(dense, shape, offset, items.overlap());
+  const Scores scores{items.all(), all, whitened, errors, scale, items.overlap()};
+  const auto by_match = options.bearings ? items.by_match(model, x) : std::vector<Eigen::Matrix3Xd>(all.size());
+  const auto remembered_by = [&](Unknown unknown) {
+    return std::max(inflation_by_time(scores, shape, unknown),
+                    inflation_by_feature(scores, by_match, shape, unknown, s2));
+  };
+  const double remembered = remembered_by(offset);
   const double begin = problem.steps.front().t0, length = problem.steps.back().t1 - begin;
   const auto piece = [&](double k, double of, double inflation) {
     return window_offset(whitened, items.all(), begin + k / of * length, begin + (k + 1) / of * length,
@@ -350,10 +295,11 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
   for (double w = 0; w < windows; ++w) fit.windows.push_back(piece(w, windows, remembered));
   fit.halves[0] = piece(0, 2, remembered);
   fit.halves[1] = piece(1, 2, remembered);
-  fit.inflation = remembered * window_inflation(fit.windows);
-  covariance *= fit.inflation * fit.inflation;
+  const double scatter = inflation_by_window(fit.windows), widened = remembered * scatter;
+  fit.inflation = inflation_by_time(scores, shape, offset) * scatter;
+  covariance *= widened * widened;
   if (options.readout && !readout_known) {
-    const double own = score_inflation(dense, shape, readout, items.overlap()) / fit.inflation;
+    const double own = remembered_by(readout) / widened;
     const double extra = std::max(0.0, own * own - 1) * covariance(readout, readout) + std::pow(readout_tolerance(), 2);
     // As if the readout had been measured with that much more noise: what goes with it is less certain too.
     const State with = covariance.col(readout) / covariance(readout, readout);

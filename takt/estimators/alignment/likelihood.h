@@ -47,7 +47,7 @@ struct LikelihoodFit {
   double misfit = 0;          ///< rms residual over what the sensor and the gyro claim of themselves
   double relative_error = 0;  ///< rms error beyond those claims, as a share of the turn
   double outliers = 0;        ///< share of the steps beyond 4σ
-  double inflation = 1;       ///< how much remaining correlation and scatter from window to window widened σ
+  double inflation = 1;       ///< how much remaining correlation in time and scatter from window to window widened σ
   double log_likelihood = 0;  ///< of the rotation errors, up to a constant
   Arma11 errors;
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "takt/math/median.h"
+
 namespace takt::alignment {
 
 namespace {
@@ -53,9 +55,7 @@ double median_length(const std::vector<Step>& steps) {
   if (steps.empty()) return 0;
   std::vector<double> lengths;
   for (const Step& s : steps) lengths.push_back(s.t1 - s.t0);
-  const auto mid = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), mid, lengths.end());
-  return *mid;
+  return median(std::move(lengths));
 }
 
 }  // namespace

@@ -83,5 +83,10 @@ TEST(AlignmentStatistics, AChanceLikenessIsNoRival) {
   });
 }
 
+/// A tracker's shifted windows were measured to have their centre of contrast some two pixels beside the corner.
+TEST(AlignmentStatistics, FeaturesThatKeepTheirErrors) {
+  expect_standard_normal(errors_over_sigma({.name = "windows", .duration_s = 10, .window_error_px = 2}, 16));
+}
+
 }  // namespace
 }  // namespace takt

@@ -228,6 +228,16 @@ bool StepModel::compare_bearings(const Item& item, const Prediction& predicted, 
   return true;
 }
 
+Eigen::Matrix3Xd StepModel::by_match(const Item& item, const Parameters& x, const MatchWeights& settled) const {
+  const auto predicted = predict(item, x);
+  if (!item.matches || !predicted) return {};
+  const Seen seen = see(item, *predicted, predicted->turn, x, x.readout_s);
+  TwoViewOptions expected = two_view();
+  expected.each_match = true;
+  const TwoViewNormals normals = two_view_normals(seen.pairs, predicted->turn, settled, seen.extra(), expected);
+  return normals.information.topLeftCorner<3, 3>().inverse() * normals.each.topRows<3>();
+}
+
 void Items::settle(const StepModel& model, const Parameters& x, std::size_t stride) {
   settled_.assign(all_.size(), std::nullopt);
   on_both_cores(all_.size(), stride, [&](std::size_t i) { settled_[i] = model.settle(all_[i], x); });
@@ -241,6 +251,14 @@ std::vector<Linear> Items::linearise(const StepModel& model, const Parameters& x
   });
   for (std::size_t i = 0; i < all_.size(); ++i)
     out[i].first = i == 0 || !out[i - 1].used || std::abs(all_[i].t0 - all_[i - 1].t1) > 1e-6;
+  return out;
+}
+
+std::vector<Eigen::Matrix3Xd> Items::by_match(const StepModel& model, const Parameters& x) const {
+  std::vector<Eigen::Matrix3Xd> out(all_.size());
+  on_both_cores(all_.size(), 1, [&](std::size_t i) {
+    if (i < settled_.size() && settled_[i]) out[i] = model.by_match(all_[i], x, *settled_[i]);
+  });
   return out;
 }
 

@@ -69,6 +69,8 @@ class StepModel {
   [[nodiscard]] std::optional<MatchWeights> settle(const Item& item, const Parameters& x) const;
   /// With the weights that were settled, or new ones.
   [[nodiscard]] Linear linearise(const Item& item, const Parameters& x, const MatchWeights* settled) const;
+  /// What each of a pair's matches adds to the residual rotation (a column a match); nothing for other items.
+  [[nodiscard]] Eigen::Matrix3Xd by_match(const Item& item, const Parameters& x, const MatchWeights& settled) const;
 
  private:
   /// What the gyro says of a step.
@@ -112,6 +114,8 @@ class Items {
   [[nodiscard]] const std::vector<Item>& all() const { return all_; }
   void settle(const StepModel& model, const Parameters& x, std::size_t stride);
   [[nodiscard]] std::vector<Linear> linearise(const StepModel& model, const Parameters& x, std::size_t stride) const;
+  /// StepModel::by_match of each item at its settled weights.
+  [[nodiscard]] std::vector<Eigen::Matrix3Xd> by_match(const StepModel& model, const Parameters& x) const;
   /// How many items run at the same time.
   [[nodiscard]] double overlap() const;
 

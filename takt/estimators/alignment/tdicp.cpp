@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "takt/math/arrow_system.h"
+#include "takt/math/median.h"
 
 namespace takt {
 namespace {
@@ -152,12 +153,6 @@ class Registration {
   std::vector<Mat3> drift_;
   Quat start_;
 };
-
-double median(std::vector<double> v) {
-  const auto mid = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), mid, v.end());
-  return *mid;
-}
 
 /// One round over all windows.
 struct Round {
