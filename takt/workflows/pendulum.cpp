@@ -88,13 +88,34 @@ std::optional<YamlFields> read_rig_file(const PendulumJob& job, PendulumOutcome&
 }
 
 /// A rig that cannot see its dial is the rig file's fault.
-DialAngles read_dial(const CameraStream& camera, const DialRig& rig, const DialOptions& options,
+DialAngles read_view(const CameraStream& camera, const DialRig& rig, const DialView& view, const DialOptions& options,
                      const std::string& where) {
   try {
-    return dial_angles(camera, rig.dial, rig.view, options);
+    return dial_angles(camera, rig.dial, view, options);
   } catch (const std::invalid_argument& e) {
     throw Error(e.what(), where, "correct the rig file");
   }
+}
+
+/// Whether the dial was seen to move.
+bool moves(const DialAngles& read) {
+  const std::vector<double>& a = read.angles.angle_rad;
+  if (a.empty()) return false;
+  const auto [low, high] = std::minmax_element(a.begin(), a.end());
+  return *high - *low > 5 * read.pixel_rad;
+}
+
+/// A roll is easily told the wrong way round: where no dial moves in the pictures the other way is tried.
+DialAngles read_dial(const CameraStream& camera, const DialRig& rig, const DialOptions& options,
+                     const std::string& where) {
+  DialAngles read = read_view(camera, rig, rig.view, options, where);
+  if (rig.view.roll_rad == 0 || moves(read)) return read;
+  DialView other = rig.view;
+  other.roll_rad = -other.roll_rad;
+  DialAngles turned = read_view(camera, rig, other, options, where);
+  if (!moves(turned)) return read;
+  turned.notes.emplace_back("the dial is there only with the other sign of roll_deg, which is used");
+  return turned;
 }
 
 /// The dial's angles: as they were logged, or read from pictures.

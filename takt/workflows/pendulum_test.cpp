@@ -130,6 +130,22 @@ TEST(PendulumWorkflow, ARigFileOfAnImpossibleDialIsRefusedWithItsName) {
   EXPECT_EQ(why("dial_radius_m: 0.75\ncamera_distance_m: 0.45\n"), "");
 }
 
+TEST(PendulumWorkflow, ARollToldTheWrongWayRoundIsTurned) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/run";
+  const Estimate truth = simulated(path, {{"duration_s", "8"}, {"frame_rate_hz", "20"}, {"roll_deg", "25"}}, 7);
+  std::string rig = read_file(path + "/rig.yaml");
+  rig.replace(rig.find("roll_deg: 25"), 12, "roll_deg: -25");
+  std::ofstream(path + "/rig.yaml") << rig;
+  PendulumJob job;
+  job.input = path;
+  const PendulumOutcome found = calibrate_pendulum(job);
+  ASSERT_TRUE(found.estimates.front().answered());
+  EXPECT_LT(std::abs(to_seconds(*found.estimates.front().offset - *truth.offset)),
+            4 * *found.estimates.front().sigma_s);
+  EXPECT_NE(found.notes.back().find("the other sign of roll_deg"), std::string::npos) << found.notes.back();
+}
+
 TEST(PendulumWorkflow, PicturesOfAnotherSizeThanTheCamerasAreRefused) {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/run";
