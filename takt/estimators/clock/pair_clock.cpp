@@ -263,8 +263,6 @@ double sag_allowance_ns(std::span<const ClockPair> p, const std::vector<Window>&
     n += 1;
   }
   if (!beyond_noise) return most;
-  // One pair of halves must be well beyond its noise; of many windows the mean tells.
-  if (n == 1 && sum < 3 * (most * most - sum)) return 0;
   return n > 0 ? std::sqrt(std::max(sum / n, 0.0)) : 0;
 }
 
@@ -286,7 +284,7 @@ double step_between(std::span<const ClockPair> p, const std::vector<Window>& win
 double over_length_s(const Window& w, std::span<const ClockPair> p, double sag_ns) {
   const auto length = static_cast<double>(p[w.first + w.count - 1].device_ns - p[w.first].device_ns);
   return 1e-9 * std::sqrt(w.offset_sigma_ns * w.offset_sigma_ns + w.drift_sigma * w.drift_sigma * length * length / 12 +
-                          sag_ns * sag_ns / 11);
+                          sag_ns * sag_ns / 5);
 }
 
 Panel offset_panel(std::span<const ClockPair> p, bool two_way, const std::vector<Window>& windows,
@@ -347,9 +345,12 @@ Estimate by_hull(const Tidy& tidy, const PairStream& s, const PairOptions& optio
   e.epoch = main.epoch;
   e.offset = main.offset;
   const double bend = sag_allowance_ns(p, windows, s.two_way, true);
-  e.sigma_s = std::hypot(main.sigma_s, 1e-9 * bend / 3);
+  // One hull touches a bent clock in the window's middle and the other at its ends: their middle is half the sag off.
+  e.sigma_s = std::hypot(main.sigma_s, 1e-9 * bend / 2);
   e.drift = main.drift;
-  e.drift_sigma = m.drift_sigma;
+  // A rate that moves by D over the window is off by up to D/2, 4·sag/length.
+  const auto length_ns = static_cast<double>(p[m.first + m.count - 1].device_ns - p[m.first].device_ns);
+  e.drift_sigma = std::hypot(m.drift_sigma, 4 * bend / std::max(length_ns, 1.0) / std::sqrt(3.0));
   if (windows.size() > 1)
     for (const Window& w : windows) {
       e.pieces.push_back(piece_of(w, p[w.first].device_ns));
