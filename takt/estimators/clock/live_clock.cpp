@@ -183,7 +183,8 @@ std::optional<DisciplinedStamp> LiveClock::stamp(std::int64_t raw) const {
     p = filter_.at(t);
     t = elapsed - p.phase_s;
   }
-  out.sigma_s = p.phase_sigma_s;
+  // The edge lies anywhere within its tick.
+  out.sigma_s = std::hypot(p.phase_sigma_s, 1 / counter_.tick_hz / std::sqrt(12.0));
   if (!gps_minus_count_) return out;
   const double whole = std::floor(t);
   const std::int64_t gps_ns =

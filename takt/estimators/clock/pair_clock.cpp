@@ -263,8 +263,6 @@ double sag_allowance_ns(std::span<const ClockPair> p, const std::vector<Window>&
     n += 1;
   }
   if (!beyond_noise) return most;
-  // One pair of halves must be well beyond its noise; of many windows the mean tells.
-  if (n == 1 && sum < 3 * (most * most - sum)) return 0;
   return n > 0 ? std::sqrt(std::max(sum / n, 0.0)) : 0;
 }
 
@@ -286,7 +284,24 @@ double step_between(std::span<const ClockPair> p, const std::vector<Window>& win
 double over_length_s(const Window& w, std::span<const ClockPair> p, double sag_ns) {
   const auto length = static_cast<double>(p[w.first + w.count - 1].device_ns - p[w.first].device_ns);
   return 1e-9 * std::sqrt(w.offset_sigma_ns * w.offset_sigma_ns + w.drift_sigma * w.drift_sigma * length * length / 12 +
-                          sag_ns * sag_ns / 11);
+                          sag_ns * sag_ns / 5);
+}
+
+/// A gap from the window's beginning to the next one's, much longer than usual: what a bare crystal, whose rate moves
+/// by 2·10⁻⁸ a second, and the line's own slope may be off by over it.
+double gap_error_s(const Window& w, std::span<const ClockPair> p) {
+  constexpr double most_drift_per_s = 2e-8, usual_spacings = 10;
+  const std::size_t end = std::min(w.first + w.count, p.size() - 1);
+  double longest_ns = 0;
+  for (std::size_t i = w.first + 1; i <= end; ++i)
+    longest_ns = std::max(longest_ns, static_cast<double>(p[i].device_ns - p[i - 1].device_ns));
+  const auto span_ns = static_cast<double>(p[w.first + w.count - 1].device_ns - p[w.first].device_ns);
+  const double usual_ns =
+      std::min(span_ns / static_cast<double>(w.count),
+               static_cast<double>(p.back().device_ns - p.front().device_ns) / static_cast<double>(p.size()));
+  if (longest_ns <= usual_spacings * usual_ns) return 0;
+  const double gap_s = 1e-9 * longest_ns;
+  return std::hypot(w.drift_sigma * gap_s, 0.5 * most_drift_per_s * gap_s * gap_s);
 }
 
 Panel offset_panel(std::span<const ClockPair> p, bool two_way, const std::vector<Window>& windows,
@@ -347,13 +362,16 @@ Estimate by_hull(const Tidy& tidy, const PairStream& s, const PairOptions& optio
   e.epoch = main.epoch;
   e.offset = main.offset;
   const double bend = sag_allowance_ns(p, windows, s.two_way, true);
-  e.sigma_s = std::hypot(main.sigma_s, 1e-9 * bend / 3);
+  // One hull touches a bent clock in the window's middle and the other at its ends: their middle is half the sag off.
+  e.sigma_s = std::hypot(main.sigma_s, 1e-9 * bend / 2);
   e.drift = main.drift;
-  e.drift_sigma = m.drift_sigma;
+  // A rate that moves by D over the window is off by up to D/2, 4·sag/length.
+  const auto length_ns = static_cast<double>(p[m.first + m.count - 1].device_ns - p[m.first].device_ns);
+  e.drift_sigma = std::hypot(m.drift_sigma, 4 * bend / std::max(length_ns, 1.0) / std::sqrt(3.0));
   if (windows.size() > 1)
     for (const Window& w : windows) {
       e.pieces.push_back(piece_of(w, p[w.first].device_ns));
-      e.pieces.back().sigma_s = over_length_s(w, p, bend);
+      e.pieces.back().sigma_s = std::hypot(over_length_s(w, p, bend), gap_error_s(w, p));
     }
   e.evidence.panels.push_back(offset_panel(p, s.two_way, windows, m.line));
   const double length_s = 1e-9 * static_cast<double>(p.back().device_ns - p.front().device_ns);

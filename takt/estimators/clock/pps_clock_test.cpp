@@ -195,6 +195,19 @@ TEST(PpsClock, TheHullFollowsALeapSecond) {
     }
 }
 
+TEST(PpsClock, TheHullIsNoSurerThanItMayBeOverAGap) {
+  for (std::uint64_t seed = 301; seed <= 304; ++seed) {
+    const ClockRecording r = scenario("lost-pulses", seed);
+    PpsOptions hull;
+    hull.method = "hull";
+    hull.pulse_error_s = ClockParameters{}.pulse_error_s;
+    const Estimate e = discipline(r.pulses, logs_of(r, true, true), hull).estimate;
+    if (e.answered()) {
+      EXPECT_LT(against(e, r.truth).nees, 3) << seed;
+    }
+  }
+}
+
 TEST(PpsClock, CountsBeyondStampsAreRefused) {
   PulseStream far;
   far.counter.tick_hz = 48e6;
