@@ -14,6 +14,7 @@
 #include "cli/output_place.h"
 #include "cli/progress.h"
 #include "takt/workflows/apply.h"
+#include "takt/workflows/half_written.h"
 
 namespace takt::cli {
 
@@ -46,7 +47,7 @@ int run_convert(ConvertJob job, const Common& common) {
   job.progress = [bar](double fraction) { (*bar)(fraction); };
   RemovedOnInterrupt temporary(temporary_name(out));
   job.out = temporary.path().string();
-  const RemovedOnInterrupt half(half_written(job));
+  const RemovedOnInterrupt half(half_written(job.out));
   const Written done = convert(job);
   publish_recording(job.out, out);
   temporary.keep();

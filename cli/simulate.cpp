@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/core.h>
 
-#include <filesystem>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 
 #include "cli/interrupt.h"
 #include "cli/output.h"
 #include "cli/progress.h"
+#include "takt/workflows/half_written.h"
 #include "takt/workflows/simulate.h"
 
 namespace takt::cli {
@@ -49,11 +48,8 @@ int simulate(const SimulationKind& kind, SimulationRequest request, const Common
   const auto bar = std::make_shared<ProgressBar>(common, "pictures");
   request.progress = [bar](double fraction) { (*bar)(fraction); };
   try {
-    // A folder that was there before is not ours to remove.
-    std::optional<RemovedOnInterrupt> half_written;
-    if (!std::filesystem::exists(request.folder)) half_written.emplace(request.folder);
+    const RemovedOnInterrupt unfinished(half_written(request.folder));
     const Estimate truth = kind.write(request);
-    if (half_written) half_written->keep();
     if (common.json)
       fmt::print("{}", to_json(truth));
     else if (!common.quiet)

@@ -92,10 +92,6 @@ ConvertTo convert_to(const std::string& name) {
               "it writes .mcap, .bag, .csv (one IMU), and without an ending an ASL folder");
 }
 
-std::string half_written(const ConvertJob& job) {
-  return unfinished(job.out).string();
-}
-
 Written convert(const ConvertJob& job) {
   Recording recording = chosen(job);
   switch (job.to) {

@@ -23,9 +23,6 @@ struct ConvertJob {
   std::function<void(double)> progress;
 };
 
-/// Where a folder is until it has its name: what an interrupt has to remove.
-[[nodiscard]] std::string half_written(const ConvertJob& job);
-
 /// Stamps, rates and accelerations are the same bit by bit, pictures the same grey. Throws takt::Error.
 [[nodiscard]] Written convert(const ConvertJob& job);
 
