@@ -65,6 +65,7 @@ Node camera(const CameraAnswer& c) {
   out.add("to_camera_before", pair(c.to_before));
   out.add("rms_px", unless_refused(c.found.rms_px));
   out.add("corner_noise_px", unless_refused(c.found.corner_sigma_px));
+  out.add("systematic_px", unless_refused(c.found.systematic_px));
   out.add("frames", count(c.found.frames)).add("corners", count(c.found.corners));
   out.add("corners_left_out", count(c.found.strays));
   out.add("covered_width", unless_refused(c.found.covered_width));

@@ -332,6 +332,7 @@ Estimate spline_answer(const SplineAnswer& fine, std::size_t c, const std::vecto
   if (c > 0) write_chain(e, f, c - 1, c, cameras[c - 1]->camera->stream->name);
   e.extras.push_back({"knot_interval_s", m.knot_interval_s(), std::nullopt});
   e.extras.push_back({"reprojection_rms_px", m.noise().cameras[c].corner_px, std::nullopt});
+  doubt_lens(e, fine.residuals.cameras[c], pair.camera->model(), m.noise().cameras[c].corner_px);
   doubt_windows(e, fine.windows[c]);
   doubt_sigma(e);
   doubt_imu(e, m.calibration().imus[0], m.layout().imus[0], fine.imu_left[0]);

@@ -263,6 +263,14 @@ TEST(BatchFaults, AWrongBoardSizeIsSaid) {
   EXPECT_LT(pose_error(e, recorded().truth).second, 1e-3);
 }
 
+TEST(BatchFaults, WrongIntrinsicsAreNotTrusted) {
+  CornerStream wrong = recorded().cameras[0];
+  wrong.model->fx *= 1.01, wrong.model->fy *= 1.01;
+  const Estimate e = calibrate_batch(wrong, recorded().imus[0], {.knots_s = 0.02});
+  EXPECT_NE(e.verdict, Verdict::trusted) << words(e);
+  EXPECT_EQ(*extra(plain(), "systematic_corner_error_px"), 0);
+}
+
 TEST(BatchFaults, AFastImuAndAFastCameraAreWelcome) {
   TargetFilmOptions o = usual(3, 8);
   o.imu.rate_hz = 1000;

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "takt/estimators/batch/lens_fit.h"
+#include "takt/estimators/batch/residual_field.h"
 
 namespace takt::batch {
 
@@ -25,6 +26,8 @@ constexpr std::size_t frames_of_a_start = 16;
 constexpr int rounds_of_a_start = 12;
 constexpr std::size_t finalists = 3;
 constexpr double stray_sigmas = 5;
+/// Errors that corners share are no noise. Below a fiftieth of a pixel they are the detector's, and in σ.
+constexpr double least_systematic_px = 0.02, systematic_share = 0.5;
 constexpr double rayleigh_median = 1.17741;  // of the length of a two-dimensional standard normal vector
 constexpr double degree = std::numbers::pi / 180;
 
@@ -229,6 +232,10 @@ void judge(CalibratedCamera& c) {
   if (c.rms_px > 1)
     doubt(c, fmt::format("corners lie {:.2f} px off in the mean: another model, a bent board or blurred pictures?",
                          c.rms_px));
+  if (c.systematic_px > std::max(least_systematic_px, systematic_share * c.corner_sigma_px))
+    doubt(c, fmt::format("corners miss by {:.3f} px in the same way wherever they are seen in one part of the picture: "
+                         "another --lens, or a board that is not flat",
+                         c.systematic_px));
   const double strays = static_cast<double>(c.strays) / static_cast<double>(c.strays + c.corners);
   if (strays > 0.1) doubt(c, fmt::format("{:.0f} % of the corners do not fit", 100 * strays));
 }
@@ -265,10 +272,13 @@ CalibratedCamera calibrate_intrinsics(const CornerStream& s, int width, int heig
   out.frames = out.views.size();
   out.strays = strays;
   double squares = 0;
+  std::vector<Vec2> seen_at, off;
   for (const BoardView& v : out.views)
     for (const CornerObservation& c : v.corners) {
       const auto at = out.model.project(v.T_cam_board * s.board[static_cast<std::size_t>(c.corner)]);
-      squares += at ? (*at - c.pixel).squaredNorm() : 0;
+      seen_at.push_back(c.pixel);
+      off.push_back(at ? Vec2(*at - c.pixel) : Vec2(Vec2::Zero()));
+      squares += off.back().squaredNorm();
       ++out.corners;
     }
   const double residuals = 2.0 * static_cast<double>(out.corners);
@@ -288,7 +298,11 @@ CalibratedCamera calibrate_intrinsics(const CornerStream& s, int width, int heig
     return refusal(out.model, "the pictures leave the lens undetermined: tilt the board about both axes, near and far");
   const Eigen::MatrixXd inverse =
       eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
-  out.covariance = out.corner_sigma_px * out.corner_sigma_px * scale.cwiseInverse().asDiagonal() * inverse *
+  // Where corners of one part of the picture share an error, there are as many independent ones as their means scatter.
+  const ResidualField field = residual_field(seen_at, off, width, height, out.corner_sigma_px);
+  const double shared = field.is_clear() ? field.chi2_per_dof : 1;
+  if (field.is_clear()) out.systematic_px = field.systematic_px;
+  out.covariance = shared * out.corner_sigma_px * out.corner_sigma_px * scale.cwiseInverse().asDiagonal() * inverse *
                    scale.cwiseInverse().asDiagonal();
   out.sigma = out.covariance.diagonal().cwiseSqrt();
   measure_views(out);

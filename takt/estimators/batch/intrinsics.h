@@ -21,10 +21,11 @@ struct IntrinsicsOptions {
 struct CalibratedCamera {
   CameraModel model;
   std::optional<CameraModel> twin;  ///< another lens of the kind that explains the pictures as well, far off in numbers
-  Intrinsics sigma;                 ///< of each intrinsic, in the model's order; from the corners' own scatter
+  Intrinsics sigma;                 ///< of each intrinsic, in the model's order: corners' scatter, and what they share
   Eigen::MatrixXd covariance;       ///< of the intrinsics
   double rms_px = 0;                ///< of the corners kept, per coordinate
   double corner_sigma_px = 0;       ///< their noise, with the fitted unknowns taken into account
+  double systematic_px = 0;         ///< what corners miss by in the same way in one part of the picture; in σ too
   std::size_t frames = 0, corners = 0, strays = 0;
   double covered_width = 0, covered_height = 0;  ///< share of the picture that the corners span
   double largest_tilt_rad = 0;                   ///< of the board against the picture's plane

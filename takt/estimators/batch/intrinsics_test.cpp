@@ -103,6 +103,25 @@ TEST(LensCalibration, WhatIsNotSeenIsRefusedOrSaid) {
   EXPECT_NE(wrong.verdict, Verdict::trusted);
 }
 
+/// What corners share in a part of the picture is told from their noise, though it is less than that.
+TEST(LensCalibration, ABendThatNoLensOfTheKindHasIsNotTrusted) {
+  for (const char* name : {"equidistant", "fov"}) {
+    const SimulatedBoard run = board_before(lens_named(name), 6);
+    CornerStream bent = run.cameras[0];
+    const CalibratedCamera right = calibrated(bent, lens_named(name));
+    EXPECT_EQ(right.systematic_px, 0) << name;
+    // A lens that no model of the list has: the picture is bent by a wave of a third of a pixel, long against
+    // the cells of 63 × 60 px.
+    for (auto& corners : bent.corners)
+      for (CornerObservation& c : corners)
+        c.pixel.x() += 0.32 * std::sin(c.pixel.y() / 40) * std::cos(c.pixel.x() / 60);
+    const CalibratedCamera wrong = calibrated(bent, lens_named(name));
+    EXPECT_EQ(wrong.verdict, Verdict::weak) << name;
+    EXPECT_GT(wrong.systematic_px, 0.04) << name;
+    EXPECT_GT(wrong.sigma[0], 1.5 * right.sigma[0]) << name;
+  }
+}
+
 TEST(LensCalibration, CamerasAreRelated) {
   const CameraModel lens = lens_named("radtan");
   TargetFilmOptions o;

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "takt/estimators/batch/residual_field.h"
+
 namespace takt::batch {
 
 namespace {
@@ -19,6 +21,7 @@ constexpr double least_turn = 0.02, least_share = 0.05;
 constexpr double known_rotation_rad = 0.5 * degree, known_translation_m = 0.02;
 /// Accelerometers are calibrated to a percent or so; a board that is off by more is not the one in the file.
 constexpr double wrong_board = 0.02, noted_scale = 0.003;
+constexpr double least_systematic_px = 0.02, systematic_share = 0.5;
 constexpr std::size_t fewest_frames = 40;
 constexpr double shortest_s = 4;
 
@@ -165,6 +168,19 @@ void doubt_scale(Estimate& e, const Calibration& c, double scale_sigma, double g
   if (std::abs(accelerometer - 1) > significant_sigmas * accelerometer_sigma && std::abs(accelerometer - 1) > 0.01)
     e.reasons.push_back(fmt::format("gravity comes out as {:.3f} ± {:.3f} m/s²: the accelerometer's scale is off",
                                     c.gravity_board.norm(), gravity_sigma));
+}
+
+void doubt_lens(Estimate& e, const CameraResiduals& residuals, const CameraModel& model, double corner_noise_px) {
+  const ResidualField field =
+      residual_field(residuals.at_px, residuals.off_px, model.width, model.height, corner_noise_px);
+  e.extras.push_back({"systematic_corner_error_px", field.is_clear() ? field.systematic_px : 0, std::nullopt});
+  if (field.is_clear() && field.systematic_px > std::max(least_systematic_px, systematic_share * corner_noise_px))
+    e.doubt(
+        Verdict::weak,
+        fmt::format("corners miss by {:.3f} px in the same way wherever they are seen in one part of the picture: the "
+                    "intrinsics do not fit this camera (takt calibrate --cameras-only finds them), or the board is "
+                    "not flat",
+                    field.systematic_px));
 }
 
 void doubt_imu(Estimate& e, const ImuLink& imu, const BorderLayout::Imu& at, const ImuEvidence& asks) {

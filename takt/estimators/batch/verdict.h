@@ -45,6 +45,8 @@ void doubt_views(Estimate& e, const CameraSession& camera, std::size_t used, std
                  double corner_noise_px);
 /// Board and accelerometer must agree on how long a metre is.
 void doubt_scale(Estimate& e, const Calibration& c, double scale_sigma, double gravity_sigma);
+/// Corners that miss in the same way in one part of the picture.
+void doubt_lens(Estimate& e, const CameraResiduals& residuals, const CameraModel& model, double corner_noise_px);
 /// What an IMU turned out to be beyond its data sheet, and whether it asks for more than it was given.
 void doubt_imu(Estimate& e, const ImuLink& imu, const BorderLayout::Imu& at, const ImuEvidence& asks);
 

@@ -21,14 +21,18 @@ std::optional<Disc> refine_disc(const GrayImage& image, const Vec2& start, doubl
     std::sort(greys.begin(), greys.end());
     const double dark = greys[greys.size() / 20], light = greys[greys.size() * 19 / 20];
     if (light - dark < 20) return std::nullopt;
-    // What is lighter than a fifth of the way is paper and its noise, which would pull towards the window's middle.
+    // What is lighter than a fifth of the way is paper and its noise, which would pull towards the window's middle. The
+    // weight begins there from zero: a jump would make pixels at the edge count or not by their noise.
+    constexpr double paper = 0.2;
     double sum = 0;
+    area = 0;
     Vec2 moment = Vec2::Zero();
     for (int y = y0; y <= y1; ++y)
       for (int x = x0; x <= x1; ++x) {
         const double ink = std::clamp((light - image.row(y)[x]) / (light - dark), 0.0, 1.0);
-        const double weight = ink < 0.2 ? 0 : ink;
         if ((Vec2(x, y) - c).norm() > reach) continue;
+        if (ink > paper) area += ink;
+        const double weight = std::max(0.0, ink - paper);
         sum += weight;
         moment += weight * Vec2(x, y);
       }
@@ -37,7 +41,6 @@ std::optional<Disc> refine_disc(const GrayImage& image, const Vec2& start, doubl
     const double moved = (next - c).norm();
     c = next;
     if ((c - start).norm() > reach) return std::nullopt;
-    area = sum;
     if (moved < 0.002) break;
   }
   return Disc{c, area};

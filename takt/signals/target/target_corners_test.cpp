@@ -58,14 +58,15 @@ TargetFilmOptions short_film(const Target& target) {
 }
 
 TEST(TargetCorners, AreFoundToHundredthsOfAPixel) {
-  // A one-cell border, which is not Kalibr's, is lost in half the frames of this film (docs/formats/kalibr.md): what is
-  // found of it must be as good all the same.
+  // A one-cell border, which is not Kalibr's, is lost in six of this film's twelve frames (docs/formats/kalibr.md): a
+  // known loss of the detector's, and what is found of it must be as good all the same. Discs of the
+  // asymmetric grid, with 4 px between them, come out five times as coarse as those of the other: not understood.
   for (const auto& [target, least, rms] : {std::tuple{Target(AprilGrid{}), 0.9, 0.02},
-                                           {Target(AprilGrid{.border_cells = 1}), 0.0, 0.02},
+                                           {Target(AprilGrid{.border_cells = 1}), 0.45, 0.02},
                                            {Target(Checkerboard{9, 6, 0.05, 0.05}), 0.9, 0.02},
                                            {Target(Charuco{8, 6, 0.09, 0.066}), 0.9, 0.02},
-                                           {Target(CircleGrid{4, 11, 0.03, true}), 0.9, 0.06},
-                                           {Target(CircleGrid{7, 6, 0.05, false}), 0.9, 0.06}}) {
+                                           {Target(CircleGrid{4, 11, 0.03, true}), 0.9, 0.045},
+                                           {Target(CircleGrid{7, 6, 0.05, false}), 0.9, 0.02}}) {
     TargetFilmOptions o = short_film(target);
     // Boards without ids have to be seen whole.
     if (board_markers(target).empty()) o.motion.turn_calm_rad_s = o.motion.turn_lively_rad_s = 0.5;
@@ -193,7 +194,9 @@ TEST(TargetCorners, AgreeWithOpenCvsOnItsChessboards) {
     }
   EXPECT_GE(found, theirs_found - 1);
   EXPECT_GT(n, 0.95 * 54 * theirs_found);
-  EXPECT_LT(std::sqrt(squares / (2 * n)), 0.15);  // on a blurred JPEG the two differ by their noise
+  // Each detector's own noise on these JPEGs is 0.11 and 0.14 px (docs/methods/intrinsics.md): two that were right
+  // would differ by as much, and 0.10 px could not be met.
+  EXPECT_LT(std::sqrt(squares / (2 * n)), 0.13);
   RecordProperty("rms_px_against_cornerSubPix", std::to_string(std::sqrt(squares / (2 * n))));
   std::printf("opencv-doc chessboards: %d of %d boards, rms difference %.3f px to cornerSubPix\n", found, theirs_found,
               std::sqrt(squares / (2 * n)));
