@@ -61,6 +61,7 @@ struct FrameReport {
   bool used = false;     ///< false where it came too late or the IMU has a hole
   bool lost = false;     ///< the state can no longer be believed: start again
   bool stepped = false;  ///< the offset jumped
+  double doubt = 0;      ///< by how many sigmas the offset seems to have jumped, were it decided now
   double t_imu_s = 0;    ///< where the motion now stands
 };
 

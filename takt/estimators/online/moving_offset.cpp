@@ -38,14 +38,29 @@ bool StepWatch::observe(double correction_s, double variance_before, double vari
   double sum = 0, variance = 0;
   std::size_t count = 0;
   bool stepped = false;
+  of_corrections_ = 0;
   for (auto it = corrections_.rbegin(); it != corrections_.rend(); ++it) {
     sum += it->first, variance += it->second;
     if (++count < shortest || !(variance > 0)) continue;
     // The correction is that share of a step which the data outweigh what was known.
     const double step_s = sum * variance_before / variance;
-    stepped = stepped || (sum * sum > surely * surely * variance && std::abs(step_s) > shortest_step_s);
+    if (std::abs(step_s) < shortest_step_s) continue;
+    of_corrections_ = std::max(of_corrections_, std::abs(sum) / std::sqrt(variance));
+    stepped = stepped || of_corrections_ > surely;
   }
   return stepped;
+}
+
+void StepWatch::observe_slip(double sigmas) {
+  constexpr std::size_t window = 5;
+  slips_.push_front(sigmas);
+  if (slips_.size() > window) slips_.pop_back();
+  of_slips_ = 0;
+  double sum = 0, count = 0;
+  for (const double slip : slips_) {
+    sum += slip, count += 1;
+    of_slips_ = std::max(of_slips_, std::abs(sum) / std::sqrt(count));
+  }
 }
 
 }  // namespace takt::online

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <algorithm>
 #include <deque>
 #include <utility>
 
@@ -24,11 +25,17 @@ void believe(const OffsetAndDrift& now, double drift_sigma, OffsetBelief& belief
 /// their sum over any of the last stretches is judged.
 class StepWatch {
  public:
-  void clear() { corrections_.clear(); }
+  void clear() { *this = {}; }
   /// True where the offset must have stepped.
   [[nodiscard]] bool observe(double correction_s, double variance_before, double variance_after);
+  /// What a new frame shows at once, before it has corrected anything: by how many sigmas it stands off (FrameSlip).
+  void observe_slip(double sigmas);
+  /// The strongest sign of a step, in sigmas.
+  [[nodiscard]] double doubt() const { return std::max(of_corrections_, of_slips_); }
 
  private:
+  double of_corrections_ = 0, of_slips_ = 0;
+  std::deque<double> slips_;
   std::deque<std::pair<double, double>> corrections_;  ///< with the variance they took
 };
 

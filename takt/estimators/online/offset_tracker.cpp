@@ -59,12 +59,16 @@ constexpr double held_too_long_s = 5, trusted_sigma_s = 1e-3, least_tracked_s = 
 constexpr double least_followed_s = 10;
 /// A motion that is lost sooner was wrong from the start: nothing is learned from it.
 constexpr double least_proven_s = 3;
+/// An offset that may just have stepped is not trusted: from how many sigmas on, and for how long after them.
+constexpr double doubtful = 4, doubted_for_s = 0.5;
 /// What an offset that is not watched may do (1/√s·s): a drift of this size, one sigma.
 constexpr double unwatched_drift = 5e-5;
 /// A corner tracker's, until it is measured.
 constexpr double usual_pixel_sigma = 0.5;
 /// Without a first offset by rotation, the motion is sought from the given one; how far it may be wrong.
 constexpr double guess_after_s = 4, guessed_offset_sigma_s = 0.04;
+/// A wrong guess has shown by then: the features misfit, or the offset moves as if it stepped.
+constexpr double guess_proven_s = 10;
 constexpr double fastest_frames_hz = 25;
 
 struct Waiting {
@@ -375,6 +379,7 @@ struct OffsetTracker::State {
       camera.last_used = w.raw.stamp;
       ++counted.frames;
     }
+    if (report.doubt > doubtful) t_doubted_s = t_motion_s;
     if (w.frame.observable && !w.frame.still)
       held_since_s.reset();
     else if (!held_since_s)
@@ -455,12 +460,15 @@ struct OffsetTracker::State {
         else
           out.reasons.push_back(words);
       }
-      if (guessed) weak("no rotation stood out in the beginning, so the search began at the given offset: turn more");
+      if (guessed && t_motion_s - t_started_s < guess_proven_s)
+        weak("no rotation stood out in the beginning, so the search began at the given offset: turn more");
       if (excitation.one_axis())
         weak("the rig turns about one axis only: the camera's mounting about it is not observable");
       if (t_motion_s - t_started_s < least_tracked_s) weak("the motion has only just begun");
       if (!rig.cameras[c].pixel_sigma && t_motion_s - t_started_s < least_followed_s)
         weak("seconds of followed corners only: their errors persist from picture to picture, which σ does not know");
+      if (t_motion_s - t_doubted_s < doubted_for_s)
+        weak("the latest frames do not fit the offset: it may have stepped");
       if (method->misfit() > 2.5)
         weak(fmt::format("the features misfit {:.1f}-fold: the model misses something", std::sqrt(method->misfit())));
     } else {
@@ -496,7 +504,7 @@ struct OffsetTracker::State {
   std::size_t broken = 0, failed_motions = 0;
   bool running = false;
   bool guessed = false;  ///< no rotation stood out: the first offset was the given one
-  double next_try_s = 0, t_motion_s = 0, t_started_s = 0, t_lost_s = 0;
+  double next_try_s = 0, t_motion_s = 0, t_started_s = 0, t_lost_s = 0, t_doubted_s = -1e18;
   std::optional<double> held_since_s;
   std::string why;
 };

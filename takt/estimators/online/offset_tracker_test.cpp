@@ -143,12 +143,22 @@ TEST_P(TrackingLaws, HoldsWhatItKnowsWhileStanding) {
   EXPECT_LT(std::abs(error_s(tracker.result(), made)), 4 * *tracker.result().sigma_s);
 }
 
-TEST_P(TrackingLaws, FollowsAStep) {
+TEST_P(TrackingLaws, FollowsAStepAndIsNotTrustedBeforeItHas) {
   HandheldOptions o = options("handheld", 24, 17);
   o.step_s = 0.005, o.step_at_s = 12;
   const SimulatedRecording made = simulate_handheld(o);
   OffsetTracker tracker = tracker_for(made.recording, how());
-  feed(tracker, made.recording);
+  std::size_t trusted = 0, said = 0;
+  feed(tracker, made.recording, [&] {
+    const OffsetNow now = tracker.estimate();
+    if (!now.offset) return;
+    ++said;
+    if (now.verdict != Verdict::trusted) return;
+    ++trusted;
+    const Duration truth = made.truth.clock_map().offset_at(as<SensorClock>(now.stamp));
+    EXPECT_LT(std::abs(to_seconds(*now.offset - truth)), 4 * *now.sigma_s);
+  });
+  EXPECT_GT(trusted, 3 * said / 4);
   const Estimate e = tracker.result();
   ASSERT_TRUE(e.answered());
   EXPECT_EQ(tracker.counts().steps, 1u);

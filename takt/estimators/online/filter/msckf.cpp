@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "takt/estimators/online/frame_slip.h"
 #include "takt/motion/trajectory.h"
 
 namespace takt::online {
@@ -100,8 +101,10 @@ FrameReport Msckf::observe(const BearingFrame& frame, const ImuHistory& imu) {
     return report;
   }
   clone(frame, imu);
+  if (frame.observable) step_watch_.observe_slip(slip(frame, imu));
   follow(frame);
   use_features(frame);
+  report.doubt = step_watch_.doubt();
   while (clones_.size() >= most_clones()) forget_oldest_clone();
   report.stepped = std::exchange(stepped_, false);
   report.lost = !P_.diagonal().allFinite() || !now_.v.allFinite() || P_.diagonal().minCoeff() < 0 || misfit_ > 10;
@@ -175,6 +178,28 @@ void Msckf::follow(const BearingFrame& frame) {
   }
 }
 
+/// Of the frame that has just been cloned, by some of the points that were followed up to it.
+double Msckf::slip(const BearingFrame& frame, const ImuHistory& imu) const {
+  constexpr std::size_t enough = 40, best_known = 5;
+  const Camera& c = cameras_[frame.camera];
+  const auto& tracks = tracks_[frame.camera];
+  Eigen::Matrix<double, 6, 1> pose_per_s;
+  pose_per_s << imu.mean(t_s_, 0.004).gyro - now_.gyro_bias, now_.v;
+  FrameSlip slip;
+  std::size_t used = 0;
+  for (const SeenFeature& f : frame.features) {
+    const auto track = tracks.find(f.id);
+    if (track == tracks.end() || track->second.seen.size() < best_known) continue;
+    const auto landmark = triangulate(sightings(frame.camera, track->second));
+    if (!landmark) continue;
+    const auto o = online::observe(f.sighting, clones_.back().clone, c.extrinsics, c.line_delay_s, *landmark, false);
+    if (!o) continue;
+    slip.add(*o, pose_per_s, c.pixel_sigma);
+    if (++used == enough) break;
+  }
+  return slip.sigmas(frame.stamp_sigma_s);
+}
+
 void Msckf::use_features(const BearingFrame& frame) {
   const std::int64_t here = clones_.back().id, oldest = clones_.front().id;
   const bool full = clones_.size() >= most_clones();
@@ -211,16 +236,21 @@ int Msckf::place_of(std::int64_t clone_id) const {
   return clones_begin_ + 6 * static_cast<int>(at - clones_.begin());
 }
 
-void Msckf::gather(std::size_t camera, const Track& track, Gathered& all) {
+std::vector<SeenFrom> Msckf::sightings(std::size_t camera, const Track& track) const {
   const Camera& c = cameras_[camera];
   std::vector<SeenFrom> seen;
-  std::vector<int> places;
   for (const auto& [id, sighting] : track.seen) {
-    const int place = place_of(id);
-    const auto& kept = clones_[static_cast<std::size_t>((place - clones_begin_) / 6)];
+    const auto& kept = clones_[static_cast<std::size_t>((place_of(id) - clones_begin_) / 6)];
     seen.push_back({&sighting, &kept.clone, &c.extrinsics, c.line_delay_s});
-    places.push_back(place);
   }
+  return seen;
+}
+
+void Msckf::gather(std::size_t camera, const Track& track, Gathered& all) {
+  const Camera& c = cameras_[camera];
+  const std::vector<SeenFrom> seen = sightings(camera, track);
+  std::vector<int> places;
+  for (const auto& [id, sighting] : track.seen) places.push_back(place_of(id));
   const auto landmark = triangulate(seen);
   if (!landmark) return;
 

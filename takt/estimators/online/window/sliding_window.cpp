@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "takt/estimators/online/frame_slip.h"
 #include "takt/motion/trajectory.h"
 
 namespace takt::online {
@@ -142,6 +143,7 @@ FrameReport SlidingWindow::observe(const BearingFrame& frame, const ImuHistory& 
     states_.back().still = true;
   } else {
     add_shot(frame, imu);
+    if (frame.observable) step_watch_.observe_slip(slip(frame));
     follow(frame);
   }
   solve(imu);
@@ -154,6 +156,7 @@ FrameReport SlidingWindow::observe(const BearingFrame& frame, const ImuHistory& 
   if (frame.observable && !frame.still)
     stepped_ = step_watch_.observe(states_.back().clocks.front().offset_s - before_s, variance_before,
                                    covariances_.front().offset_variance);
+  report.doubt = step_watch_.doubt();
   report.stepped = std::exchange(stepped_, false);
   report.lost = broken_ || misfit_ > 10;
   return report;
@@ -184,6 +187,23 @@ void SlidingWindow::add_shot(const BearingFrame& frame, const ImuHistory& imu) {
     shot.readout = ReadoutMotion(imu, s.motion, s.t_s, half_s);
   }
   s.shots.push_back(std::move(shot));
+}
+
+/// Of the newest frame, before anything is fitted to it.
+double SlidingWindow::slip(const BearingFrame& frame) const {
+  const Camera& c = cameras_[frame.camera];
+  const State& s = states_.back();
+  Eigen::Matrix<double, 6, 1> pose_per_s;
+  pose_per_s << s.rate - s.motion.gyro_bias, s.motion.v;
+  const Clone clone = clone_of(s, s.shots.back());
+  FrameSlip slip;
+  for (const SeenFeature& f : frame.features) {
+    const auto track = tracks_[frame.camera].find(f.id);
+    if (track == tracks_[frame.camera].end() || !track->second.active) continue;
+    const auto o = online::observe(f.sighting, clone, c.extrinsics, c.line_delay_s, track->second.landmark, false);
+    if (o) slip.add(*o, pose_per_s, c.pixel_sigma);
+  }
+  return slip.sigmas(frame.stamp_sigma_s);
 }
 
 void SlidingWindow::follow(const BearingFrame& frame) {

@@ -18,7 +18,7 @@ namespace takt::online {
 /// A frame's motion stands at its stamp plus the offset that was believed when it came. What the offset has moved by
 /// since then moves the observation: by the feature's velocity in the picture, measured between frames, as published;
 /// or, which is the default, by the motion itself. A measured velocity shares its noise with the residual and biases
-/// the offset, σ²/(Δt·E|v|²); a predicted one does not. docs/methods/online.md has both, measured.
+/// the offset, σ²/(Δt·E|v|²); a predicted one does not. docs/methods/window.md has both, measured.
 ///
 /// The offset is a state of every frame that may drift and wander to the next one's, so that it can be followed.
 class SlidingWindow : public OffsetMethod {
@@ -109,6 +109,7 @@ class SlidingWindow : public OffsetMethod {
 
   void add_state(double t_s, const ImuHistory& imu);
   void add_shot(const BearingFrame& frame, const ImuHistory& imu);
+  [[nodiscard]] double slip(const BearingFrame& frame) const;
   void follow(const BearingFrame& frame);
   void choose_tracks();
   void recentre(const ImuHistory& imu);

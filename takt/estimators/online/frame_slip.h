@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <vector>
+
+#include "takt/estimators/online/sighting.h"
+
+namespace takt::online {
+
+/// How far one frame seems to stand from where its stamp has it, by points known from the frames before: what a step
+/// of the offset shows at once, long before the estimate has followed it.
+class FrameSlip {
+ public:
+  /// A point seen in the frame, against where the IMU says that the camera was.
+  /// `pose_per_s`: derivative of the clone's θ and p.
+  void add(const Observed& seen, const Eigen::Matrix<double, 6, 1>& pose_per_s, double pixel_sigma);
+  /// In sigmas, with its sign; 0 where too few points tell. `stamp_sigma_s`: what the stamp may be off by itself.
+  [[nodiscard]] double sigmas(double stamp_sigma_s) const;
+
+ private:
+  struct Row {
+    Eigen::Matrix<double, 2, 7> by;  ///< seconds, θ, p; whitened
+    Vec2 residual;
+  };
+  std::vector<Row> rows_;
+};
+
+}  // namespace takt::online
