@@ -82,11 +82,9 @@ void add_calibrate(CLI::App& app, Common& common, Action& action) {
   CalibrateJob& job = line->job;
   verb.add_option("IN", job.input, "a recording with camera and IMU, moved before the board; or cameras alone")
       ->required();
-  verb.add_option("--target", job.target, "the board: Kalibr's target file")->required()->check(CLI::ExistingFile);
-  verb.add_option("--camchain", job.camchain, "intrinsics: Kalibr's camchain, or an ASL sensor.yaml")
-      ->check(CLI::ExistingFile);
-  verb.add_option("--imu", job.imu, "Kalibr's imu file, whose noise figures are compared with the measured ones")
-      ->check(CLI::ExistingFile);
+  verb.add_option("--target", job.target, "the board: Kalibr's target file")->required();
+  verb.add_option("--camchain", job.camchain, "intrinsics: Kalibr's camchain, or an ASL sensor.yaml");
+  verb.add_option("--imu", job.imu, "Kalibr's imu file, whose noise figures are compared with the measured ones");
   verb.add_option("--sensor", job.sensor, "camera (default: all of them)");
   verb.add_option("--reference", job.reference, "IMU (default: all of them, the first being the reference)");
   verb.add_option("--kalibr", line->kalibr, "also write PREFIX-camchain-imucam.yaml, -imu.yaml, -results-imucam.txt")

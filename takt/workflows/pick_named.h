@@ -6,10 +6,11 @@
 #include <vector>
 
 #include "takt/error.h"
+#include "takt/streams/stream_name.h"
 
 namespace takt {
 
-/// The streams of that name, all of them where it is empty. Throws takt::Error that lists what there is; `kind` is what
+/// The streams of that name or pattern, all of them where it is empty. Throws takt::Error that lists what there is; `kind` is what
 /// the message calls them, `where` the recording.
 template <class Stream>
 [[nodiscard]] std::vector<Stream> pick_named(const std::vector<Stream>& all, const std::string& name, const char* kind,
@@ -18,7 +19,7 @@ template <class Stream>
   std::string names;
   for (const Stream& s : all) {
     names += (names.empty() ? "" : ", ") + s.name;
-    if (name.empty() || s.name == name) out.push_back(s);
+    if (name.empty() || name_matches(name, s.name)) out.push_back(s);
   }
   if (out.empty())
     throw Error(name.empty() ? fmt::format("no {} in it", kind) : fmt::format("no {} named {}", kind, name), where,
