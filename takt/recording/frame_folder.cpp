@@ -11,6 +11,7 @@
 #include <map>
 
 #include "takt/error.h"
+#include "takt/math/median.h"
 #include "takt/recording/files.h"
 #include "takt/recording/picture.h"
 #include "takt/recording/text_table.h"
@@ -89,9 +90,8 @@ void say_pairing(const std::vector<Stamp>& stamps, int shift, bool log_agrees, s
   if (stamps.size() > 1) {
     std::vector<std::int64_t> steps;
     for (std::size_t i = 1; i < stamps.size(); ++i) steps.push_back((stamps[i] - stamps[i - 1]).count());
-    std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
     note += fmt::format(". One more or less moves the offset by {:.1f} ms (frame shift)",
-                        static_cast<double>(steps[steps.size() / 2]) * 1e-6);
+                        static_cast<double>(median(std::move(steps))) * 1e-6);
   }
   notes.push_back(note);
 }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "takt/error.h"
+#include "takt/math/median.h"
 #include "takt/recording/clock_columns.h"
 #include "takt/recording/clock_csv.h"
 #include "takt/recording/decimal.h"
@@ -83,12 +84,6 @@ Edge edge_in(const TableRows& rows, std::size_t column) {
   if (text.empty() || text == "unknown") return Edge::unknown;
   throw Error(fmt::format("edge '{}' is neither rising nor falling", text.substr(0, 20)), rows.place(),
               "write rising or falling");
-}
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
 }
 
 /// Raw differences modulo 2^64; a wrapped counter's one wild step does not move the median.

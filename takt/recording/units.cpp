@@ -9,6 +9,8 @@
 #include <numbers>
 #include <optional>
 
+#include "takt/math/median.h"
+
 namespace takt {
 
 namespace {
@@ -66,9 +68,7 @@ double median_step(const std::vector<double>& stamps) {
   for (std::size_t i = 1; i < stamps.size(); ++i)
     if (stamps[i] > stamps[i - 1]) steps.push_back(stamps[i] - stamps[i - 1]);
   if (steps.empty()) return 0;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  return median(std::move(steps));
 }
 
 double rate_hz(double step, TimeUnit unit) {

@@ -6,17 +6,12 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "takt/math/median.h"
 #include "takt/motion/trajectory.h"
 
 namespace takt::batch {
 
 namespace {
-
-double median(std::vector<double> v) {
-  const auto mid = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), mid, v.end());
-  return *mid;
-}
 
 /// σ of white noise from sixth differences, which a motion well below the Nyquist rate hardly enters:
 /// Σ binomial(6,k)² = 924.

@@ -10,6 +10,7 @@
 #include "takt/estimators/alignment/correlation.h"
 #include "takt/estimators/alignment/evidence.h"
 #include "takt/estimators/alignment/excitation.h"
+#include "takt/math/median.h"
 
 namespace takt::batch {
 
@@ -34,8 +35,7 @@ RotationSignal board_rotations(const CameraSession& camera) {
   for (std::size_t i = 1; i < views.size(); ++i)
     steps.push_back(camera.time_s[views[i].frame] - camera.time_s[views[i - 1].frame]);
   if (steps.empty()) return signal;
-  std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
-  const double usual = steps[steps.size() / 2];
+  const double usual = median(std::move(steps));
   const double sigma2 = camera.poses.corner_sigma_px * camera.poses.corner_sigma_px;
   const auto stamp = [&](const BoardView& v) { return camera.epoch + from_seconds(camera.time_s[v.frame]); };
   for (std::size_t i = 1; i < views.size(); ++i) {

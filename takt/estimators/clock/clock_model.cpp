@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "takt/math/median.h"
+
 namespace takt {
 
 namespace {
@@ -108,9 +110,7 @@ double rough_frequency(std::span<const PhaseSample> samples) {
       slopes.push_back((samples[i].phase_s - samples[i - lag].phase_s) / dt);
   }
   if (slopes.empty()) return 0;
-  const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
-  std::nth_element(slopes.begin(), middle, slopes.end());
-  return *middle;
+  return median(std::move(slopes));
 }
 
 double rough_frequency_sigma(std::span<const PhaseSample> samples, const ClockNoise& noise) {

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "takt/estimators/clock/clock_model.h"
+#include "takt/math/median.h"
 
 namespace takt {
 
@@ -87,9 +89,7 @@ double second_difference_var(std::span<const PhaseSample> s, std::size_t lag) {
   for (std::size_t i = 2 * lag; i < s.size(); ++i)
     d.push_back(std::abs(s[i].phase_s - 2 * s[i - lag].phase_s + s[i - 2 * lag].phase_s));
   if (d.empty()) return 0;
-  const auto middle = d.begin() + static_cast<std::ptrdiff_t>(d.size() / 2);
-  std::nth_element(d.begin(), middle, d.end());
-  const double sigma = 1.4826 * *middle;
+  const double sigma = 1.4826 * median(std::move(d));
   return sigma * sigma;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "takt/estimators/clock/clock_model.h"
+#include "takt/math/median.h"
 
 namespace takt {
 
@@ -14,12 +15,6 @@ namespace {
 
 constexpr std::size_t least_matches = 16;
 constexpr std::size_t most_pieces = 64;
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
 
 }  // namespace
 

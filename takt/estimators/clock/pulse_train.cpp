@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "takt/error.h"
+#include "takt/math/median.h"
 
 namespace takt {
 
@@ -21,12 +22,6 @@ std::int64_t difference(std::int64_t a, std::int64_t b) {
 }
 std::int64_t sum(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
-}
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
 }
 
 struct EdgeAt {

@@ -7,18 +7,13 @@
 #include <cmath>
 
 #include "takt/calibration/words.h"
+#include "takt/math/median.h"
 
 namespace takt::online {
 
 namespace {
 
 constexpr std::size_t remembered = 41;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 

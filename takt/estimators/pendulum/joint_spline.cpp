@@ -6,6 +6,7 @@
 
 #include "takt/estimators/pendulum/spline_model.h"
 #include "takt/math/long_run_variance.h"
+#include "takt/math/median.h"
 
 namespace takt::pendulum {
 namespace {
@@ -15,9 +16,7 @@ constexpr const char* not_converging =
 
 double robust_sigma(std::vector<double> v) {
   for (double& x : v) x = std::abs(x);
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return 1.4826 * *middle;
+  return 1.4826 * median(std::move(v));
 }
 
 double lag_one_correlation(const std::vector<double>& r) {

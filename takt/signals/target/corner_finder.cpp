@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "takt/math/median.h"
 #include "takt/signals/target/disc.h"
 #include "takt/signals/target/find_grid.h"
 #include "takt/signals/target/find_markers.h"
@@ -262,8 +263,7 @@ void CornerFinder::drop_misfits(std::vector<std::optional<Vec2>>& pixels) const 
       sorted.push_back(off[i]);
     }
     if (sorted.empty()) return;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const double limit = std::max(misfit_px, 5 * sorted[sorted.size() / 2]);
+    const double limit = std::max(misfit_px, 5 * median(std::move(sorted)));
     std::vector<std::size_t> dropped;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       if (!pixels[i] || off[i] <= limit) continue;
