@@ -388,8 +388,9 @@ Recording read_gateware(std::string_view bytes, const std::string& where) {
     for (const FrameStrobe& f : strobes.strobes) {
       const std::int64_t start = middle_of_tick_ns(f.start_ticks, capture.counter.tick_hz);
       const std::int64_t end = middle_of_tick_ns(f.end_ticks, capture.counter.tick_hz);
-      camera.stamps.push_back(from_ns<DeviceClock>(start + (end - start) / 2));
-      camera.exposures_s.push_back(static_cast<double>(end - start) * 1e-9);
+      camera.stamps.push_back(from_ns<DeviceClock>(std::midpoint(start, end)));
+      const auto open_ns = static_cast<std::uint64_t>(end) - static_cast<std::uint64_t>(start);  // garbage may wrap
+      camera.exposures_s.push_back(static_cast<double>(static_cast<std::int64_t>(open_ns)) * 1e-9);
     }
     out.cameras.push_back(std::move(camera));
   }
