@@ -131,11 +131,12 @@ GnssDecoder::Step GnssDecoder::nmea(LabelStream& out) {
   const std::size_t limit = std::min(buffer_.size(), at_ + longest_sentence);
   std::size_t end = at_ + 1;
   while (end < limit && printable(buffer_[end]) && buffer_[end] != '$') ++end;
-  if (end == buffer_.size() && !finished_ && end - at_ < longest_sentence) return Step::wait;
+  const bool cut_off = end == buffer_.size() && end - at_ < longest_sentence;
+  if (cut_off && !finished_) return Step::wait;
   const std::string_view sentence(buffer_.data() + at_, end - at_);
   if (!nmea_checksum_fits(sentence)) {
-    const bool was_sentence = sentence.size() > 6 && end < buffer_.size() &&
-                              std::all_of(sentence.begin() + 1, sentence.begin() + 6, printable);
+    const bool was_sentence =
+        sentence.size() > 6 && !cut_off && std::all_of(sentence.begin() + 1, sentence.begin() + 6, printable);
     if (was_sentence) ++out.broken;
     stamp_.clear();
     skip(1, out, true);

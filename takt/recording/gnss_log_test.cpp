@@ -144,6 +144,19 @@ TEST(GnssLog, PiecesGiveTheSameAsTheWhole) {
   }
 }
 
+TEST(GnssLog, AnOverlongSentenceIsBrokenHoweverItsBytesCome) {
+  const std::string bytes = sentence("GPZDA,000001.00,01,01,2017,00,00") + "$GPRMC," + std::string(249, '7') + "," +
+                            std::string(100, '8') + "\r\n";
+  for (const std::size_t piece : {1UL, 7UL, 1000UL}) {
+    LabelStream out;
+    GnssDecoder decoder;
+    for (std::size_t i = 0; i < bytes.size(); i += piece) decoder.feed(bytes.substr(i, piece), {}, out);
+    decoder.finish(out);
+    EXPECT_EQ(out.broken, 1U) << "in pieces of " << piece;
+    EXPECT_EQ(out.labels.size(), 1U);
+  }
+}
+
 TEST(GnssLog, NothingReadableIsSaid) {
   EXPECT_NE(complaint([] { (void)read_gnss_log("hello\n", "x.log"); }).find("holds no NMEA or UBX"), std::string::npos);
   EXPECT_NE(complaint([] { (void)read_gnss_log("", "x.log"); }).find("is empty"), std::string::npos);

@@ -96,6 +96,18 @@ TEST(KalibrFiles, EveryModelSurvivesTheRoundTrip) {
   }
 }
 
+TEST(KalibrFiles, ATopicWithStrangeBytesIsKept) {
+  for (const std::string topic : {"/cam 0", "it's", "/cam\n0", "/cam\x10", "\x7f", "a\\\x01\"b"}) {
+    for (const KalibrStyle style : {KalibrStyle::kalibr, KalibrStyle::opencv}) {
+      KalibrCamera camera;
+      camera.model.width = 640, camera.model.height = 480, camera.model.fx = camera.model.fy = 400;
+      camera.rostopic = topic;
+      const std::string text = write_kalibr_camchain({camera}, style);
+      EXPECT_EQ(read_kalibr_camchain(text, "x").front().rostopic, topic) << text;
+    }
+  }
+}
+
 TEST(KalibrFiles, ImusAsGivenAndAsFound) {
   const std::string given = R"(accelerometer_noise_density: 0.00186
 accelerometer_random_walk: 0.000433

@@ -23,6 +23,10 @@ bool is_plain(const std::string& word) {
   return std::isalpha(static_cast<unsigned char>(first)) != 0 || first == '/' || first == '_';
 }
 
+bool is_control(char c) {
+  return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
+}
+
 }  // namespace
 
 std::string kalibr_number(double value) {
@@ -55,13 +59,17 @@ void KalibrText::word(const std::string& key, const std::string& value) {
     text_ += " " + value + "\n";
     return;
   }
-  // OpenCV takes a bare /topic for no string.
+  // OpenCV takes a bare /topic for no string; control characters can only be written between double quotes.
   std::string quoted;
-  const char quote = style_ == KalibrStyle::opencv ? '"' : '\'';
+  const char quote = style_ == KalibrStyle::opencv || std::any_of(value.begin(), value.end(), is_control) ? '"' : '\'';
   for (const char c : value) {
+    if (is_control(c)) {
+      quoted += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+      continue;
+    }
     if (quote == '\'' && c == '\'') quoted += '\'';
     if (quote == '"' && (c == '"' || c == '\\')) quoted += '\\';
-    if (static_cast<unsigned char>(c) >= ' ') quoted += c;
+    quoted += c;
   }
   text_ += " " + (quote + quoted + quote) + "\n";
 }
