@@ -12,8 +12,8 @@
 
 #include "takt/error.h"
 #include "takt/library_versions.h"
-#include "takt/math/sha256.h"
 #include "takt/version.h"
+#include "takt/workflows/sha256.h"
 
 namespace takt {
 

@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "takt/error.h"
-#include "takt/math/sha256.h"
+#include "takt/workflows/sha256.h"
 
 namespace takt {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/math/sha256.h"
+#include "takt/workflows/sha256.h"
 
 #include <gtest/gtest.h>
 
