@@ -34,7 +34,7 @@ const char* colour_of(Verdict v) {
 std::string table_of_methods(const Estimate& e, bool colour) {
   std::vector<std::vector<std::string>> cells;
   std::vector<std::string> paint;
-  for (const Estimate& other : e.estimates) {
+  for (const Estimate& other : answers_at_one_epoch(e)) {
     const std::string offset = other.answered() ? time_words(*other.offset, other.sigma_s) : "no answer";
     const std::string why = other.reasons.empty() ? "" : other.reasons.front();
     const std::string name = other.reference.empty() || other.reference == e.reference

@@ -88,4 +88,22 @@ ClockMap<> Estimate::clock_map() const {
   return ClockMap<>(piece);
 }
 
+Estimate Estimate::at(Stamp when) const {
+  Estimate out = *this;
+  if (!offset || when == epoch) return out;
+  const ClockMap<> map = clock_map();
+  const auto there = as<SensorClock>(when);
+  out.epoch = when;
+  out.offset = map.offset_at(there);
+  if (sigma_s) out.sigma_s = map.sigma_s(there);
+  if (drift) out.drift = map.piece_at(there).drift;
+  return out;
+}
+
+std::vector<Estimate> answers_at_one_epoch(const Estimate& e) {
+  std::vector<Estimate> out;
+  for (const Estimate& other : e.estimates) out.push_back(e.answered() ? other.at(e.epoch) : other);
+  return out;
+}
+
 }  // namespace takt

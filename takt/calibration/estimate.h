@@ -90,7 +90,12 @@ struct Estimate {
   void doubt(Verdict at_best, std::string reason);
   /// As a map between the clocks, with its pieces where there are any; throws std::logic_error when there is no answer.
   [[nodiscard]] ClockMap<> clock_map() const;
+  /// The same answer told at another epoch: its offset and σ there.
+  [[nodiscard]] Estimate at(Stamp when) const;
 };
+
+/// Every method's answer as it stands at the epoch of the result, so that the offsets of drifting clocks compare.
+[[nodiscard]] std::vector<Estimate> answers_at_one_epoch(const Estimate& e);
 
 /// The same relation with the roles exchanged: sensor = reference + offset' + …
 [[nodiscard]] Estimate inverse(const Estimate& e);

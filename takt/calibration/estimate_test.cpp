@@ -230,6 +230,22 @@ TEST(Inverse, UndoesTheMapPieceByPiece) {
   }
 }
 
+TEST(Epoch, AnAnswerIsCarriedWithItsDrift) {
+  Estimate e = plain();
+  e.drift = -2e-6;
+  e.drift_sigma = 1e-6;
+  const Estimate later = e.at(e.epoch + std::chrono::seconds(10));
+  EXPECT_EQ(later.offset, Duration(3'157'000));
+  EXPECT_DOUBLE_EQ(*later.sigma_s, std::hypot(6.1e-6, 10e-6));
+  EXPECT_EQ(later.at(e.epoch).offset, e.offset);
+
+  Estimate result = e;
+  result.estimates = {e, later, Estimate::refusal("phase", "too short")};
+  const auto answers = answers_at_one_epoch(result);
+  EXPECT_EQ(answers[1].offset, answers[0].offset) << "one line, told at two epochs";
+  EXPECT_FALSE(answers[2].answered());
+}
+
 TEST(ResultFile, AnyEstimateSurvivesJsonAndYaml) {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

@@ -74,6 +74,11 @@ int decimals_for(double sigma) {
 
 std::string value_words(double value, std::optional<double> sigma) {
   if (!known(sigma)) return without_minus_zero(fmt::format("{:.6g}", value));
+  if (const double size = std::max(std::abs(value), *sigma); size < 1e-4) {
+    const int exponent = static_cast<int>(std::floor(std::log10(size)));
+    const double unit = std::pow(10.0, exponent);
+    return fmt::format("({})e{:+03d}", value_words(value / unit, *sigma / unit), exponent);
+  }
   const int decimals = decimals_for(*sigma);
   return without_minus_zero(fmt::format("{:.{}f}", value, decimals)) + fmt::format(" ± {:.{}f}", *sigma, decimals);
 }

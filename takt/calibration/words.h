@@ -12,7 +12,7 @@ namespace takt {
 /// (the rounding rule of the Particle Data Group's Review, section 5.3 of its introduction). 0 where σ is not positive.
 [[nodiscard]] int decimals_for(double sigma);
 
-/// "12.34 ± 0.08"; six significant digits where σ is unknown.
+/// "12.34 ± 0.08", "(1.22 ± 0.05)e-08" where that would be a row of zeros; six significant digits where σ is unknown.
 [[nodiscard]] std::string value_words(double value, std::optional<double> sigma);
 
 /// "12.34 ± 0.08 ms", in the unit (ns, µs, ms, s) that suits the larger of the two. Every nanosecond of an int64 is

@@ -21,6 +21,8 @@ TEST(Words, SigmaDecidesTheDigits) {
   EXPECT_EQ(value_words(1234.5, 42), "1234 ± 42");
   EXPECT_EQ(value_words(-0.001, 0.08), "0.00 ± 0.08");
   EXPECT_EQ(value_words(11.000000000000002, {}), "11");
+  EXPECT_EQ(value_words(1.2234e-8, 5.3e-10), "(1.22 ± 0.05)e-08");
+  EXPECT_EQ(value_words(0, 2e-9), "(0.0 ± 2.0)e-09");
 }
 
 TEST(Words, SizeDecidesTheUnit) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "takt/calibration/words.h"
 #include "takt/report/figures/figures.h"
@@ -92,7 +93,7 @@ std::string method_row(const Estimate& e, const Estimate& result, const Interval
       "<tr{}><td>{}</td><td class=\"n\">{}</td><td class=\"span\">{}</td><td>{} <span "
       "class=\"why\">{}</span></td></tr>\n",
       chosen ? " class=\"chosen\"" : "", escape(same_pair ? e.method : e.method + ", " + e.reference), offset,
-      intervals.svg(e), badge(e.verdict), why);
+      same_pair ? intervals.svg(e) : "", badge(e.verdict), why);
 }
 
 std::string legend(const Figure& f) {
@@ -157,11 +158,15 @@ std::string facts(const Estimate& e) {
 
 std::string methods(const Estimate& e) {
   if (e.estimates.empty()) return "";
-  const Intervals intervals(e.estimates);
+  const std::vector<Estimate> answers = answers_at_one_epoch(e);
+  std::vector<Estimate> comparable;  // a clock against host and GNSS has an offset to each
+  std::copy_if(answers.begin(), answers.end(), std::back_inserter(comparable),
+               [&](const Estimate& other) { return other.reference == e.reference; });
+  const Intervals intervals(comparable);
   std::string out =
       "<section>\n<h2>Every method's answer</h2>\n<div class=\"scroll\"><table>\n<tr><th>method</th><th>offset ± σ</th>"
       "<th class=\"span\"></th><th>verdict</th></tr>\n";
-  for (const Estimate& other : e.estimates) out += method_row(other, e, intervals);
+  for (const Estimate& other : answers) out += method_row(other, e, intervals);
   return out + "</table></div>\n</section>\n";
 }
 
