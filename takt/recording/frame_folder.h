@@ -15,6 +15,12 @@ namespace takt {
 /// Throws takt::Error. `options.frame_shift` says how numbers pair with stamps.
 [[nodiscard]] Recording read_frame_folder(const std::string& path, const OpenOptions& options);
 
+/// The folder with other stamps: a camera's in framestamp.txt and in the recorder's log, the gyro's in gyro.txt.
+[[nodiscard]] Restamped restamp_frame_folder(const std::string& in, const std::string& out, const Restamping& order,
+                                             const OpenOptions& options);
+
+constexpr std::int64_t most_logged_us = 9'000'000'000'000'000;  ///< no frame starts later, or earlier than minus that
+
 /// What the recorder logged for one frame.
 struct LoggedFrame {
   Stamp start;  ///< of the frame: when its first row begins to expose
