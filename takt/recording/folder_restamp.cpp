@@ -29,7 +29,7 @@ void copy_folder(const std::string& in, const std::string& out, const std::map<s
   for (const auto& entry : fs::recursive_directory_iterator(in, fs::directory_options::follow_directory_symlink)) {
     const fs::path inside = fs::relative(entry.path(), in), target = fs::path(out) / inside;
     if (entry.is_directory()) {
-      fs::create_directories(target, failed);
+      fs::create_directory(target, failed);  // and not `out` again, where an interrupt took it away
       check(target);
     } else if (const auto special = rewrite.find(inside.generic_string()); special != rewrite.end()) {
       special->second(entry.path().string(), target.string());
