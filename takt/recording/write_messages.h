@@ -38,5 +38,6 @@ class MessageSink {
 /// New files; `out` is not there yet. Throw takt::Error.
 [[nodiscard]] Written write_mcap(const Recording& recording, const std::string& out);
 [[nodiscard]] Written write_ros1_bag(const Recording& recording, const std::string& out);
+[[nodiscard]] Written write_db3(const Recording& recording, const std::string& out);
 
 }  // namespace takt

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording written as a bag and as an MCAP file is the same recording, bit by bit.
+// A recording written as a bag, an MCAP file or a rosbag2 database is the same recording, bit by bit.
 #include "takt/recording/write_messages.h"
 
 #include <gtest/gtest.h>
@@ -66,12 +66,14 @@ Recording camera_and_imus() {
   return r;
 }
 
-TEST(WriteMessages, TheSameRecordingInBothContainers) {
+TEST(WriteMessages, TheSameRecordingInEveryContainer) {
   const TemporaryFolder folder;
   const Recording before = camera_and_imus();
-  const std::array<std::string, 2> files{folder.path() + "/run.mcap", folder.path() + "/run.bag"};
+  const std::array<std::string, 3> files{folder.path() + "/run.mcap", folder.path() + "/run.bag",
+                                         folder.path() + "/run.db3"};
   std::ignore = write_mcap(before, files[0]);
   const Written written = write_ros1_bag(before, files[1]);
+  std::ignore = write_db3(before, files[2]);
   ASSERT_EQ(written.streams.size(), 3u);
   EXPECT_EQ(written.streams[2].written, "/left/image_raw");
   EXPECT_EQ(written.streams[2].count, 49u);

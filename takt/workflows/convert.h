@@ -9,8 +9,8 @@
 /// `takt convert`: a recording's IMUs and cameras in another format.
 namespace takt {
 
-enum class ConvertTo { mcap, ros1_bag, asl, csv };
-/// By a name's ending: .mcap, .bag, .csv; without one it is an ASL folder. Throws takt::Error for other endings.
+enum class ConvertTo { mcap, ros1_bag, db3, asl, csv };
+/// By a name's ending: .mcap, .bag, .db3, .csv; without one it is an ASL folder. Throws takt::Error for other endings.
 [[nodiscard]] ConvertTo convert_to(const std::string& name);
 
 struct ConvertJob {

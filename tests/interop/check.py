@@ -64,7 +64,7 @@ def answer(path, *more):
 def convert(files, of_asl, out):
     """takt convert: what it writes is read by others with the same counts and stamps, and aligns to the same bit."""
     source = out / "cdr_zstd.mcap"
-    written = [out / "converted.mcap", out / "converted.bag"]
+    written = [out / "converted.mcap", out / "converted.bag", out / "converted.db3"]
     for f in written:
         run(takt, "convert", source, "-o", f, "-q")
     run(takt, "convert", source, "-o", out / "converted_asl", "-q")
