@@ -32,7 +32,8 @@ class MessageSink {
 };
 
 /// The recording's IMUs and cameras as sensor_msgs, in the order in which they were recorded (or sampled, where that is
-/// not known). One picture a camera is in memory at a time.
+/// not known); pictures as they are stored, where they are JPEG, PNG or messages, else in grey. One picture a camera is
+/// in memory at a time.
 [[nodiscard]] Written write_messages(const Recording& recording, MessageSink& sink);
 
 /// New files; `out` is not there yet. Throw takt::Error.

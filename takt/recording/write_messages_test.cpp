@@ -6,8 +6,12 @@
 
 #include <array>
 #include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include "takt/recording/open_recording.h"
+#include "takt/recording/stored_picture.h"
+#include "tests/ros1_bag_writing.h"
 #include "tests/tools.h"
 
 namespace takt {
@@ -111,6 +115,46 @@ TEST(WriteMessages, TheSameRecordingInEveryContainer) {
       EXPECT_EQ(frame->image.row(height - 1)[width - 1], 77) << file;
     }
     for (const std::string& note : after.notes) EXPECT_NE(note.find("which instant"), std::string::npos) << note;
+  }
+}
+
+TEST(WriteMessages, ColoursAndCompressedPicturesStayAsTheyAre) {
+  namespace w = bag_writing;
+  const TemporaryFolder folder;
+  std::vector<std::uint8_t> png;
+  cv::imencode(".png", cv::Mat3b(2, 3, cv::Vec3b(10, 20, 200)), png);
+  const std::string encoded(png.begin(), png.end()), colours = "bgrBGRbgrBGR";
+  const Recording before = open_recording(
+      folder.file("in.bag", w::bag(w::connection(1, "/a/image_raw", "sensor_msgs/Image") +
+                                   w::connection(2, "/b/image_raw/compressed", "sensor_msgs/CompressedImage") +
+                                   w::message(1, w::image(17, 2, 2, "bgr8", 6, colours)) +
+                                   w::message(2, w::header(17, 5) + w::sized("png") + w::sized(encoded)))));
+  const std::array<std::string, 3> files{folder.path() + "/run.mcap", folder.path() + "/run.bag",
+                                         folder.path() + "/run.db3"};
+  std::ignore = write_mcap(before, files[0]);
+  std::ignore = write_ros1_bag(before, files[1]);
+  const Written written = write_db3(before, files[2]);
+  for (const std::string& note : written.notes) EXPECT_EQ(note.find("in grey"), std::string::npos) << note;
+  const auto text = [](std::span<const std::byte> bytes) {
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  };
+  for (const std::string& file : files) {
+    const Recording after = open_recording(file);
+    ASSERT_EQ(after.cameras.size(), 2u) << file;
+    for (const CameraStream& camera : after.cameras) {
+      const auto frames = camera.open();
+      ASSERT_TRUE(frames->next()) << file;
+      const auto stored = stored_picture(*frames);
+      ASSERT_TRUE(stored) << file;
+      if (camera.name == "/a/image_raw") {
+        EXPECT_EQ(std::get<RawPicture>(*stored).encoding, "bgr8");
+        EXPECT_EQ(text(std::get<RawPicture>(*stored).pixels), colours) << file;
+      } else {
+        EXPECT_EQ(camera.name, "/b/image_raw/compressed");
+        EXPECT_EQ(std::get<EncodedPicture>(*stored).format, "png");
+        EXPECT_EQ(text(std::get<EncodedPicture>(*stored).bytes), encoded) << file;
+      }
+    }
   }
 }
 

@@ -23,7 +23,8 @@ struct ConvertJob {
   std::function<void(double)> progress;
 };
 
-/// Stamps, rates and accelerations are the same bit by bit, pictures the same grey. Throws takt::Error.
+/// Stamps, rates and accelerations are the same bit by bit; so are pictures, and if not they have the same grey. Throws
+/// takt::Error.
 [[nodiscard]] Written convert(const ConvertJob& job);
 
 }  // namespace takt

@@ -70,7 +70,7 @@ def convert(files, of_asl, out):
     run(takt, "convert", source, "-o", out / "converted_asl", "-q")
     seen = json.loads(run("node", "payloads.mjs", source, *written, cwd=work))
     for f in written:
-        for topic, theirs in ((camera, "/cam0/image_raw"), (imu, imu), ("/cam0/camera_info", "/cam0/camera_info")):
+        for topic, theirs in ((camera, camera), (imu, imu), ("/cam0/camera_info", "/cam0/camera_info")):
             for key in ("count", "first_ns", "last_ns"):
                 check(seen[str(f)][theirs][key] == seen[str(source)][topic][key], f"{f.name}: {theirs}: another {key}")
     bag = run("/usr/bin/python3", "-c", "import rosbag, sys\n"
