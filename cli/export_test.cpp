@@ -102,7 +102,7 @@ TEST(Export, OneSensorOfSeveralIsChosenAndTheOthersAreNamed) {
   write_result(all, result);
   const Ran first = takt_command(folder, "export " + result + " --as kalibr");
   EXPECT_NE(first.out.find("timeshift_cam_imu: 0.001000000"), std::string::npos) << first.out;
-  EXPECT_NE(first.err.find("of cam0 only, not cam1 against imu0, imu1 against imu0"), std::string::npos) << first.err;
+  EXPECT_NE(first.err.find("of cam0 only, not cam1 against imu0:"), std::string::npos) << first.err;
   const Ran second = takt_command(folder, "export " + result + " --as kalibr --sensor cam1 --intrinsics " + chain);
   EXPECT_NE(second.out.find("timeshift_cam_imu: 0.002000000"), std::string::npos) << second.out;
   EXPECT_NE(second.out.find("[500.0, 500.0"), std::string::npos) << second.out;

@@ -32,9 +32,12 @@ bool is_turned(const Estimate& e) {
 
 }  // namespace
 
+bool of_two_imus(const Estimate& result) {
+  return is_imu(result.sensor) && is_imu(result.reference);
+}
+
 std::string camera_of(const Estimate& result) {
-  const bool only_imus = is_imu(result.sensor) && is_imu(result.reference);
-  if (only_imus)
+  if (of_two_imus(result))
     throw Error(fmt::format("is an IMU as {} is, and these files are of a camera and an IMU", result.reference),
                 result.sensor, "restamp with takt apply; takt calibrate --kalibr writes Kalibr's file of IMUs");
   return is_turned(result) ? result.reference : result.sensor;
@@ -78,7 +81,8 @@ CameraToImu camera_to_imu(const Estimate& given, const std::optional<CameraModel
   if (out.rotation_alone())
     out.remarks.emplace_back(
         "the result has the mounting's rotation and no translation, where zeros were written: put in your own");
-  if (out.drift != 0 || out.pieces.size() > 1)
+  const bool drifts = out.drift != 0 && !(result.drift_sigma && std::abs(out.drift) < 2 * *result.drift_sigma);
+  if (drifts || out.pieces.size() > 1)
     out.remarks.push_back(
         fmt::format("the offset moves by {:.3g} ppm; what was written holds at {} ns of {}'s clock, so restamp with "
                     "takt apply where that matters",

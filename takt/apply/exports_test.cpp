@@ -260,6 +260,15 @@ TEST(Exports, AnotherInstantThanTheMiddleIsSaid) {
   EXPECT_TRUE(camera_to_imu(e, camera()).remarks.empty());
 }
 
+TEST(Exports, ADriftThatMayBeNoneIsNotSpokenOf) {
+  Estimate e = answer();
+  e.drift = 1e-6;
+  e.drift_sigma = 1e-7;
+  EXPECT_EQ(camera_to_imu(e, camera()).remarks.size(), 1u);
+  e.drift_sigma = 1e-6;
+  EXPECT_TRUE(camera_to_imu(e, camera()).remarks.empty());
+}
+
 TEST(Exports, EveryFormatSaysWhatItWroteAndWhatIsMissing) {
   for (const ExportFormat& format : export_formats()) {
     Estimate e = answer();

@@ -55,6 +55,7 @@ ExportOutcome export_result(const ExportJob& job) {
   std::optional<CameraModel> model;
   if (!job.intrinsics.empty()) model = read_camera_file(job.intrinsics, camera_of(chosen));
   CameraToImu c = camera_to_imu(chosen, model);
+  std::erase_if(pairs, of_two_imus);
   if (!pairs.empty())
     c.remarks.push_back(
         fmt::format("of {} only, not {}: each has an export of its own, by --sensor", chosen.sensor, names_of(pairs)));
