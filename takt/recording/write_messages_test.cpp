@@ -9,7 +9,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "takt/recording/files.h"
 #include "takt/recording/open_recording.h"
+#include "takt/recording/recorded_times.h"
 #include "takt/recording/stored_picture.h"
 #include "tests/ros1_bag_writing.h"
 #include "tests/tools.h"
@@ -115,6 +117,18 @@ TEST(WriteMessages, TheSameRecordingInEveryContainer) {
       EXPECT_EQ(frame->image.row(height - 1)[width - 1], 77) << file;
     }
     for (const std::string& note : after.notes) EXPECT_NE(note.find("which instant"), std::string::npos) << note;
+
+    const auto recorded = recorded_times(file);  // by the index
+    ASSERT_EQ(recorded.size(), 4u) << file;
+    for (const RecordedTimes& topic : recorded) {
+      const bool of_imu = topic.channel.type == "sensor_msgs/Imu";
+      EXPECT_EQ(topic.times, of_imu ? after.imus[0].arrivals : camera.arrivals) << file << ": " << topic.channel.topic;
+    }
+    const std::string bytes = read_file(file);
+    const std::string cut = folder.file("cut" + file.substr(file.rfind('.')), bytes.substr(0, bytes.size() - 100));
+    if (!file.ends_with(".db3")) {
+      EXPECT_NE(complaint([&] { std::ignore = recorded_times(cut); }).find("has no index"), std::string::npos) << file;
+    }
   }
 }
 
