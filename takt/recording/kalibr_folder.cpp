@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <filesystem>
 
@@ -21,14 +20,6 @@ namespace {
 
 const char* const shared_clock = "folder";  // one time base for all
 
-bool is_picture(const fs::path& file) {
-  std::string ext = file.extension().string();
-  std::transform(ext.begin(), ext.end(), ext.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ext == ".png" || ext == ".jpg" || ext == ".jpeg" || ext == ".bmp" || ext == ".pgm" || ext == ".tif" ||
-         ext == ".tiff";
-}
-
 /// "cam0", "cam12": a name and a number.
 bool is_numbered(const std::string& name, const std::string& kind) {
   return name.starts_with(kind) && name.size() > kind.size() && name.size() < kind.size() + 4 &&
@@ -38,7 +29,7 @@ bool is_numbered(const std::string& name, const std::string& kind) {
 bool any_stamped(const fs::path& folder) {
   std::error_code failed;
   for (const auto& entry : fs::directory_iterator(folder, failed))
-    if (is_picture(entry.path()) && stamp_in_name(entry.path())) return true;
+    if (is_picture_file(entry.path()) && stamp_in_name(entry.path())) return true;
   return false;
 }
 
@@ -100,7 +91,7 @@ std::vector<fs::path> pictures_in(const fs::path& folder) {
   std::vector<fs::path> out;
   std::error_code failed;
   for (const auto& entry : fs::directory_iterator(folder, failed))
-    if (is_picture(entry.path())) out.push_back(entry.path());
+    if (is_picture_file(entry.path())) out.push_back(entry.path());
   std::sort(out.begin(), out.end());
   return out;
 }
@@ -147,7 +138,7 @@ bool looks_like_picture_folder(const std::string& path) {
   std::error_code failed;
   if (!fs::is_directory(path, failed)) return false;
   return std::any_of(fs::directory_iterator(path, failed), fs::directory_iterator(),
-                     [](const auto& entry) { return is_picture(entry.path()); });
+                     [](const auto& entry) { return is_picture_file(entry.path()); });
 }
 
 Recording read_picture_folder(const std::string& path, const OpenOptions&) {

@@ -130,13 +130,6 @@ ImuStream read_imu(const fs::path& folder, Recording& recording) {
   return imu;
 }
 
-std::optional<int> whole(std::string_view digits) {
-  int value = 0;
-  const auto [end, failed] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (failed != std::errc{} || end != digits.data() + digits.size() || value < 0) return std::nullopt;
-  return value;
-}
-
 }  // namespace
 
 std::vector<fs::path> kitti_cameras(const fs::path& root) {
@@ -155,8 +148,10 @@ std::vector<fs::path> kitti_cameras(const fs::path& root) {
 std::optional<Stamp> kitti_stamp(std::string_view line) {
   if (line.size() < 19 || line[4] != '-' || line[7] != '-' || line[10] != ' ' || line[13] != ':' || line[16] != ':')
     return std::nullopt;
-  const auto year = whole(line.substr(0, 4)), month = whole(line.substr(5, 2)), day = whole(line.substr(8, 2));
-  const auto hour = whole(line.substr(11, 2)), minute = whole(line.substr(14, 2)), second = whole(line.substr(17, 2));
+  const auto year = whole_number(line.substr(0, 4)), month = whole_number(line.substr(5, 2)),
+             day = whole_number(line.substr(8, 2));
+  const auto hour = whole_number(line.substr(11, 2)), minute = whole_number(line.substr(14, 2)),
+             second = whole_number(line.substr(17, 2));
   if (!year || !month || !day || !hour || !minute || !second || *hour > 23 || *minute > 59 || *second > 59)
     return std::nullopt;
   const auto days = days_from_date(*year, *month, *day);

@@ -3,10 +3,13 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include <algorithm>
+#include <array>
 #include <string_view>
 
 #include "takt/error.h"
 #include "takt/recording/files.h"
+#include "takt/recording/lower_case.h"
 #include "takt/recording/stored_picture.h"
 
 namespace takt {
@@ -90,6 +93,11 @@ GrayImage decode_picture(std::span<const std::byte> encoded) {
 GrayImage read_picture(const std::string& path) {
   const std::string encoded = bytes_in(path);
   return decode_picture(std::as_bytes(std::span(encoded)));
+}
+
+bool is_picture_file(const std::string& path) {
+  constexpr std::array endings{".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".tif", ".tiff"};
+  return std::find(endings.begin(), endings.end(), ending_of(path)) != endings.end();
 }
 
 std::unique_ptr<FrameReader> read_pictures(std::shared_ptr<const std::vector<PictureFile>> files) {
