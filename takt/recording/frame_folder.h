@@ -19,8 +19,6 @@ namespace takt {
 [[nodiscard]] Restamped restamp_frame_folder(const std::string& in, const std::string& out, const Restamping& order,
                                              const OpenOptions& options);
 
-constexpr std::int64_t most_logged_us = 9'000'000'000'000'000;  ///< no frame starts later, or earlier than minus that
-
 /// What the recorder logged for one frame.
 struct LoggedFrame {
   Stamp start;  ///< of the frame: when its first row begins to expose

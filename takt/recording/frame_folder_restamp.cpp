@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 
+#include "takt/recording/decimal.h"
 #include "takt/recording/folder_restamp.h"
 #include "takt/recording/frame_folder.h"
 
@@ -12,23 +12,23 @@ namespace {
 
 /// The log's lines `SOF  4328040426246,  frameNum :1 ...`, whose number is µs; all others stay.
 std::string with_other_starts(std::string_view text, const std::string&, const std::function<Stamp(Stamp)>& map) {
+  constexpr int us = 3;
   std::string out;
   while (!text.empty()) {
     const std::string_view line = text.substr(0, std::min(text.find('\n'), text.size() - 1) + 1);
     text.remove_prefix(line.size());
-    const std::size_t at = line.starts_with("SOF") ? line.find_first_of("-0123456789") : std::string_view::npos;
-    std::int64_t start_us = 0;
-    const auto [end, failed] = at == std::string_view::npos
-                                   ? std::from_chars_result{line.data(), std::errc::invalid_argument}
-                                   : std::from_chars(line.data() + at, line.data() + line.size(), start_us);
-    if (failed != std::errc{} || start_us < -most_logged_us || start_us > most_logged_us) {
+    const std::size_t begin = line.find_first_of("-0123456789"), end = line.find_first_not_of("-0123456789", begin);
+    const auto start = line.starts_with("SOF")
+                           ? decimal_to_ns(line.substr(std::min(begin, line.size()), end - begin), us)
+                           : std::nullopt;
+    if (!start) {
       out += line;
       continue;
     }
-    const std::int64_t after_ns = to_ns(map(from_ns(start_us * 1000)));
-    out += line.substr(0, at);
+    const std::int64_t after_ns = to_ns(map(from_ns(*start)));
+    out += line.substr(0, begin);
     out += std::to_string((after_ns + (after_ns < 0 ? -500 : 500)) / 1000);
-    out += line.substr(static_cast<std::size_t>(end - line.data()));
+    out += line.substr(std::min(end, line.size()));
   }
   return out;
 }
