@@ -65,7 +65,7 @@ void add_convert(CLI::App& app, Common& common, Action& action) {
   const auto job = std::make_shared<ConvertJob>();
   verb.add_option("IN", job->in, "the recording: a folder or file")->required();
   verb.add_option("-o,--output", common.output,
-                  "what to write: .mcap, .bag, .csv (one IMU), or without an ending an ASL folder")
+                  "what to write: .mcap, .bag, .db3, .csv (one IMU), or without an ending an ASL folder")
       ->type_name("OUT")
       ->required();
   verb.add_option("--sensor", job->stream, "only streams of this name; * and ? stand for any text");

@@ -30,7 +30,7 @@ TEST(Convert, EveryFormatHoldsTheSameStreams) {
   const TemporaryFolder folder;
   const std::string in = folder.file("in.bag", a_bag()), log = folder.path() + "/log";
   const Recording before = open_recording(in);
-  for (const char* name : {"out.mcap", "out.bag", "out", "out.csv"}) {
+  for (const char* name : {"out.mcap", "out.bag", "out.db3", "out", "out.csv"}) {
     const std::string out = folder.path() + "/" + name;
     ASSERT_EQ(finish(start({"convert", in, "-o", out, "--json"}, log)), 0) << content(log);
     EXPECT_NE(content(log).find("\"count\": 100"), std::string::npos) << content(log);

@@ -57,6 +57,7 @@ void add_export(CLI::App& app, Common& common, Action& action) {
       ->required()
       ->check(CLI::IsMember(export_names()).description(""))
       ->type_name("TOOL");
+  verb.add_option("--sensor", job->sensor, "which sensor, where the result has several (default: the first)");
   verb.add_option("--intrinsics", job->intrinsics,
                   "camera file for what the result has not: ASL sensor.yaml or camchain");
   verb.add_option("-o,--output", common.output, "file to write (default: the standard output)")->type_name("FILE");

@@ -81,6 +81,38 @@ TEST(Export, KalibrsFileIsReadBack) {
   EXPECT_EQ(chain[0].model.width, 640);
 }
 
+TEST(Export, OneSensorOfSeveralIsChosenAndTheOthersAreNamed) {
+  const TemporaryFolder folder;
+  const auto of = [](const char* sensor, std::int64_t ns) {
+    Estimate e;
+    e.method = "spline";
+    e.verdict = Verdict::trusted;
+    e.sensor = sensor;
+    e.reference = "imu0";
+    e.offset = Duration(ns);
+    return e;
+  };
+  Estimate all = of("cam0", 1'000'000);
+  all.estimates = {of("cam0", 1'000'000), of("cam1", 2'000'000), of("imu1", 3'000'000)};
+  const std::string result = folder.path() + "/r.json",
+                    chain = folder.file(
+                        "chain.yaml",
+                        "cam0: {camera_model: pinhole, intrinsics: [400, 400, 320, 240], resolution: [640, 480]}\n"
+                        "cam1: {camera_model: pinhole, intrinsics: [500, 500, 320, 240], resolution: [640, 480]}\n");
+  write_result(all, result);
+  const Ran first = takt_command(folder, "export " + result + " --as kalibr");
+  EXPECT_NE(first.out.find("timeshift_cam_imu: 0.001000000"), std::string::npos) << first.out;
+  EXPECT_NE(first.err.find("of cam0 only, not cam1 against imu0:"), std::string::npos) << first.err;
+  const Ran second = takt_command(folder, "export " + result + " --as kalibr --sensor cam1 --intrinsics " + chain);
+  EXPECT_NE(second.out.find("timeshift_cam_imu: 0.002000000"), std::string::npos) << second.out;
+  EXPECT_NE(second.out.find("[500.0, 500.0"), std::string::npos) << second.out;
+  const Ran imu = takt_command(folder, "export " + result + " --as kalibr --sensor imu1");
+  EXPECT_EQ(imu.status, 1);
+  EXPECT_NE(imu.err.find("is an IMU as imu0 is"), std::string::npos) << imu.err;
+  EXPECT_NE(takt_command(folder, "export " + result + " --as kalibr --sensor cam7").err.find("it has: cam0"),
+            std::string::npos);
+}
+
 TEST(Export, WhatCannotBeWrittenIsSaid) {
   const Simulated& made = simulated();
   const std::string fov =

@@ -65,13 +65,17 @@ std::string short_time(double s) {
 }
 
 void print_table(const std::vector<StreamAudit>& streams) {
-  std::size_t width = 6;
-  for (const StreamAudit& a : streams) width = std::max(width, a.name.size());
-  constexpr const char* row = "{:<{}}  {:<8} {:>8} {:>10} {:>9} {:>5} {:>6} {:>5} {:>9} {:>10}\n";
-  fmt::print(row, "stream", width, "kind", "count", "span", "rate Hz", "gaps", "twice", "back", "jitter", "resolution");
+  std::size_t width = 6, kinds = 8;
+  for (const StreamAudit& a : streams) {
+    width = std::max(width, a.name.size());
+    kinds = std::max(kinds, a.kind.size());
+  }
+  constexpr const char* row = "{:<{}}  {:<{}} {:>8} {:>10} {:>9} {:>5} {:>6} {:>5} {:>9} {:>10}\n";
+  fmt::print(row, "stream", width, "kind", kinds, "count", "span", "rate Hz", "gaps", "twice", "back", "jitter",
+             "resolution");
   for (const StreamAudit& a : streams) {
     const StampAudit& s = a.stamps;
-    fmt::print(row, a.name, width, a.kind, s.count, fmt::format("{:.3f} s", s.span_s),
+    fmt::print(row, a.name, width, a.kind, kinds, s.count, fmt::format("{:.3f} s", s.span_s),
                s.rate_hz ? fmt::format("{:.2f}", *s.rate_hz) : "-", s.gaps.size(), s.duplicates, s.backward_steps,
                s.jitter_s ? short_time(*s.jitter_s) : "-", s.resolution ? short_time(to_seconds(*s.resolution)) : "-");
   }
@@ -93,6 +97,7 @@ void print_in_words(const Inspection& found) {
 struct Line {
   std::string path;
   OpenOptions open;
+  bool index_alone = false;
 };
 
 }  // namespace
@@ -101,11 +106,13 @@ void add_inspect(CLI::App& app, Common& common, Action& action) {
   CLI::App& verb = *app.add_subcommand("inspect", "say what a recording holds: streams, rates, gaps, jitter, units");
   const auto line = std::make_shared<Line>();
   verb.add_option("IN", line->path, "recording: a folder or file of any known format")->required();
+  verb.add_flag("--index", line->index_alone,
+                "what the index of a bag, MCAP file or database tells, at once: all topics by the recorder's clock");
   add_open_options(verb, line->open);
   add_common(verb, common);
   verb.callback([line, &common, &action] {
     action = [line, &common] {
-      const Inspection found = inspect(line->path, line->open);
+      const Inspection found = line->index_alone ? inspect_index(line->path) : inspect(line->path, line->open);
       if (common.json)
         fmt::print("{}\n", to_json(found).dump(2, ' ', false, Json::error_handler_t::replace));
       else

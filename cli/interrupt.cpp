@@ -52,8 +52,12 @@ void guard_against_interrupts() {
     Unfinished& u = unfinished();
     const std::lock_guard lock(u.mutex);  // kept: whoever would finish a file now waits until the process ends
     for (const fs::path& path : u.paths) {
+      // Other threads are still at work in it: under another name they find it no more.
+      fs::path away = path;
+      away += ".interrupted";
       std::error_code ignored;
-      fs::remove_all(path, ignored);
+      fs::rename(path, away, ignored);
+      fs::remove_all(away, ignored);
     }
     std::signal(signal, SIG_DFL);
     pthread_sigmask(SIG_UNBLOCK, &set, nullptr);

@@ -127,6 +127,23 @@ TEST_F(OutputTest, WhatIsKeptStays) {
   EXPECT_TRUE(fs::exists(in_folder("done")));
 }
 
+TEST_F(OutputTest, ManyResultsAreATableAndTheirAgreement) {
+  std::string files;
+  for (int i = 0; i < 6; ++i) {
+    Estimate e = answer();
+    e.offset = Duration(i == 4 ? 99'000'000 : 12'000'000 + 10'000 * i);
+    const std::string name = in_folder("r" + std::to_string(i) + ".json");
+    write_result(e, name);
+    files += " " + name;
+  }
+  EXPECT_EQ(takt("report" + files + " --json -o " + in_folder("all.html")), 0) << text("err");
+  const std::string told = text("out");
+  EXPECT_NE(told.find("r4.json"), std::string::npos) << told;
+  EXPECT_NE(told.find("\"offset_s\": 0.099"), std::string::npos) << told;
+  EXPECT_LT(told.find("r4.json"), told.find("\"outlier\": true")) << told;
+  EXPECT_LT(told.find("\"outlier\": true"), told.find("r5.json")) << told;
+}
+
 TEST_F(OutputTest, TheCommandKeepsItsExitStatuses) {
   write_result(answer(), in_folder("a.json"));
   std::ofstream(in_folder("broken.json")) << "{";

@@ -26,7 +26,7 @@ void add_report(CLI::App& app, Common& common, Action& action) {
       for (const std::string& file : *files) results.push_back(read_result(file));
       write_file(common.output, report_page(results, *files));
       if (common.json)
-        fmt::print("{}", results.size() == 1 ? to_json(results.front()) : repeatability_json(results));
+        fmt::print("{}", results.size() == 1 ? to_json(results.front()) : repeatability_json(results, *files));
       else
         fmt::print("{}", results.size() == 1 ? sentence(results.front()) + "\n" : repeatability_words(results, *files));
       return 0;

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <unistd.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +24,18 @@ int reads_or_says_why(const std::uint8_t* data, std::size_t size, Read read) {
     // That is an answer. Anything else ends the run and is a bug.
   }
   return 0;
+}
+
+/// What `write(path)` writes into a file of that ending.
+template <class Write>
+std::string written_as(const std::string& ending, Write write) {
+  const auto path = std::filesystem::temp_directory_path() / ("takt-seed-" + std::to_string(::getpid()) + ending);
+  write(path.string());
+  std::ifstream in(path, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  in.close();
+  std::filesystem::remove(path);
+  return bytes;
 }
 
 /// Writes small valid inputs into the first folder on the command line, from where libFuzzer starts.

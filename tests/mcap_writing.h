@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <libdeflate.h>
+#include <isa-l/crc.h>
 #include <lz4frame.h>
 #include <zstd.h>
 
@@ -39,7 +39,7 @@ inline std::string message(std::uint16_t channel_id, std::uint64_t log_time, con
   return record(5, raw(channel_id) + raw(std::uint32_t{0}) + raw(log_time) + raw(log_time) + data);
 }
 inline std::uint32_t crc(const std::string& bytes) {
-  return libdeflate_crc32(0, bytes.data(), bytes.size());
+  return crc32_gzip_refl(0, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
 }
 inline std::string compressed(const std::string& records, const std::string& compression) {
   std::string out = records;

@@ -4,6 +4,7 @@
 // the memory that takes. Wall time is what a user waits for, with chunks decompressed ahead on a second thread; CPU
 // time is what it costs, and what a busy machine tells the same; `thread` is the CPU time of the busier of two threads,
 // below which two idle cores cannot go.
+#include <bzlib.h>
 #include <fmt/core.h>
 #include <lz4frame.h>
 #include <sys/resource.h>
@@ -141,6 +142,13 @@ Spent libraries_alone(const ByteSource& bytes, const std::string& compression, c
       } else if (compression == "zstd") {
         if (ZSTD_decompressDCtx(zstd, plain.data(), plain.size(), in.data(), in.size()) != sizes[i].plain) std::abort();
         from = plain.data();
+      } else if (compression == "bz2") {
+        auto room = static_cast<unsigned>(plain.size());
+        const int result =
+            BZ2_bzBuffToBuffDecompress(reinterpret_cast<char*>(plain.data()), &room, reinterpret_cast<char*>(in.data()),
+                                       static_cast<unsigned>(in.size()), 0, 0);
+        if (result != BZ_OK || room != sizes[i].plain) std::abort();
+        from = plain.data();
       }
       std::memcpy(copy.data(), from, sizes[i].plain);
     }
@@ -240,4 +248,5 @@ int main(int argc, char** argv) {
       "                             wall   cpu   wall   cpu thread  wall   cpu            wall   cpu\n");
   for (const char* compression : {"", "lz4", "zstd"}) measure(true, compression, gb, folder);
   for (const char* compression : {"", "lz4"}) measure(false, compression, gb, folder);
+  measure(false, "bz2", gb / 20, folder);  // 20 MB/s, so a little has to do
 }

@@ -23,8 +23,12 @@ Exported export_gyroflow(const CameraToImu& c) {
   const std::string text = fmt::format(
       "{{\n  \"offsets\": {{\n{}\n  }},\n  \"stabilization\": {{\n    \"frame_readout_time\": {}\n  }}\n}}\n", points,
       number(1e3 * c.readout_s.value_or(0)));
-  return {text, fmt::format("offsets of {} ms, gyroflow's sign being the opposite: {}", milliseconds(-c.shift_ns),
-                            offset_words(c))};
+  constexpr std::int64_t day_ns = 86'400'000'000'000;
+  const bool absolute = to_ns(c.epoch) > day_ns;
+  return {text,
+          fmt::format("offsets of {} ms, gyroflow's sign being the opposite{}: {}", milliseconds(-c.shift_ns),
+                      absolute ? "; its times begin with the video, so take the first frame's stamp off the keys" : "",
+                      offset_words(c))};
 }
 
 }  // namespace takt

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenVINS' kalibr_imucam_chain.yaml, and its calib_cam_timeoffset: t_imu = t_cam + offset. Only cam0's is read.
+// OpenVINS' kalibr_imucam_chain.yaml: timeshift_cam_imu with t_imu = t_cam + shift. Only cam0's is read.
 #include <fmt/core.h>
 
 #include "takt/apply/export_text.h"
@@ -32,10 +32,13 @@ Exported export_openvins(const CameraToImu& given) {
   text += mounting_comment(c);
   if (c.T_imu_cam) text += matrix_rows("T_imu_cam", *c.T_imu_cam, 2);
   text += fmt::format("  rostopic: \"{}\"\n  timeshift_cam_imu: {}\n", c.camera, seconds(c.shift_ns));
-  text += fmt::format("# the starting value of estimator_config.yaml\ncalib_cam_timeoffset: {}\n", seconds(c.shift_ns));
-  return {text, fmt::format("timeshift_cam_imu and calib_cam_timeoffset {} s, which OpenVINS adds to the camera's "
-                            "stamps: {}",
-                            seconds(c.shift_ns), offset_words(c))};
+  text += fmt::format(
+      "# for other readers; OpenVINS' own calib_cam_timeoffset (estimator_config.yaml) is a switch, which "
+      "lets it refine the value above\ncalib_cam_timeoffset: {}\n",
+      seconds(c.shift_ns));
+  return {text,
+          fmt::format("timeshift_cam_imu {} s, which OpenVINS adds to the camera's stamps{}: {}", seconds(c.shift_ns),
+                      c.model ? "" : "; it needs the lens too (--intrinsics)", offset_words(c))};
 }
 
 }  // namespace takt

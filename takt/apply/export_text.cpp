@@ -39,10 +39,10 @@ std::string list(const std::vector<double>& values) {
   return out.empty() ? "[]" : out + "]";
 }
 
-std::vector<double> row_major(const Mat4& m) {
+std::vector<double> row_major(const Eigen::MatrixXd& m) {
   std::vector<double> out;
-  for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c) out.push_back(m(r, c));
+  for (Eigen::Index r = 0; r < m.rows(); ++r)
+    for (Eigen::Index c = 0; c < m.cols(); ++c) out.push_back(m(r, c));
   return out;
 }
 
@@ -53,9 +53,9 @@ std::string matrix_rows(const std::string& key, const Mat4& m, int indent) {
   return out;
 }
 
-std::string opencv_matrix(const std::string& key, const Mat4& m, char type) {
-  return fmt::format("{}: !!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: {}\n   data: {}\n", key, type,
-                     list(row_major(m)));
+std::string opencv_matrix(const std::string& key, const Eigen::MatrixXd& m, char type) {
+  return fmt::format("{}: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: {}\n   data: {}\n", key, m.rows(), m.cols(),
+                     type, list(row_major(m)));
 }
 
 std::string offset_words(const CameraToImu& c) {

@@ -16,11 +16,11 @@ inline constexpr const char* opencv_head = "%YAML:1.0\n---\n";
 [[nodiscard]] std::string milliseconds(std::int64_t ns);  ///< likewise
 [[nodiscard]] std::string number(double v);
 [[nodiscard]] std::string list(const std::vector<double>& values);  ///< "[1, 0, 0]"
-[[nodiscard]] std::vector<double> row_major(const Mat4& m);
+[[nodiscard]] std::vector<double> row_major(const Eigen::MatrixXd& m);
 /// `key:` and four rows, `indent` blanks in front.
 [[nodiscard]] std::string matrix_rows(const std::string& key, const Mat4& m, int indent);
 /// `key: !!opencv-matrix`.
-[[nodiscard]] std::string opencv_matrix(const std::string& key, const Mat4& m, char type = 'd');
+[[nodiscard]] std::string opencv_matrix(const std::string& key, const Eigen::MatrixXd& m, char type = 'd');
 /// "cam0 is 3.177 ms early against imu0: "
 [[nodiscard]] std::string offset_words(const CameraToImu& c);
 /// camera_model, intrinsics, distortion, resolution in Kalibr's names; a comment where they are not known.

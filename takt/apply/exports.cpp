@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "takt/calibration/words.h"
+#include "takt/error.h"
 
 namespace takt {
 
@@ -16,21 +17,37 @@ namespace {
 bool sounds_like(const std::string& name, std::initializer_list<const char*> words) {
   return std::any_of(words.begin(), words.end(), [&](const char* w) { return name.find(w) != std::string::npos; });
 }
+/// An IMU in a camera's housing ("/camera/imu") is none.
 bool is_camera(const std::string& name) {
-  return sounds_like(name, {"cam", "image", "video", "frame"});
+  return sounds_like(name, {"image", "video", "frame"}) ||
+         (sounds_like(name, {"cam"}) && !sounds_like(name, {"imu", "gyr"}));
 }
 bool is_imu(const std::string& name) {
-  return sounds_like(name, {"imu", "gyr"});
+  return sounds_like(name, {"imu", "gyr"}) && !is_camera(name);
+}
+
+bool is_turned(const Estimate& e) {
+  return is_camera(e.reference) && is_imu(e.sensor);
 }
 
 }  // namespace
 
+bool of_two_imus(const Estimate& result) {
+  return is_imu(result.sensor) && is_imu(result.reference);
+}
+
+std::string camera_of(const Estimate& result) {
+  if (of_two_imus(result))
+    throw Error(fmt::format("is an IMU as {} is, and these files are of a camera and an IMU", result.reference),
+                result.sensor, "restamp with takt apply; takt calibrate --kalibr writes Kalibr's file of IMUs");
+  return is_turned(result) ? result.reference : result.sensor;
+}
+
 CameraToImu camera_to_imu(const Estimate& given, const std::optional<CameraModel>& model) {
   if (!given.offset) throw std::logic_error("camera_to_imu: the result has no answer");
-  const bool turned = is_camera(given.reference) && is_imu(given.sensor) && !is_camera(given.sensor);
-  const Estimate result = turned ? inverse(given) : given;
   CameraToImu out;
-  out.camera = result.sensor;
+  out.camera = camera_of(given);
+  const Estimate result = is_turned(given) ? inverse(given) : given;
   out.imu = result.reference;
   out.shift_ns = result.offset->count();
   out.epoch = result.epoch;
@@ -56,10 +73,16 @@ CameraToImu camera_to_imu(const Estimate& given, const std::optional<CameraModel
           "written and the offset moved to the middle row");
     }
   }
+  if (result.frame_instant && *result.frame_instant != "middle")
+    out.remarks.push_back(fmt::format(
+        "the offset is that of the {} of the exposure, and these tools see its middle: half the exposure has to be {}, "
+        "or restamp with takt apply --instant middle",
+        *result.frame_instant, *result.frame_instant == "start" ? "added" : "taken off"));
   if (out.rotation_alone())
     out.remarks.emplace_back(
         "the result has the mounting's rotation and no translation, where zeros were written: put in your own");
-  if (out.drift != 0 || out.pieces.size() > 1)
+  const bool drifts = out.drift != 0 && !(result.drift_sigma && std::abs(out.drift) < 2 * *result.drift_sigma);
+  if (drifts || out.pieces.size() > 1)
     out.remarks.push_back(
         fmt::format("the offset moves by {:.3g} ppm; what was written holds at {} ns of {}'s clock, so restamp with "
                     "takt apply where that matters",

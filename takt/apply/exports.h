@@ -31,9 +31,15 @@ struct CameraToImu {
   [[nodiscard]] bool rotation_alone() const { return T_imu_cam && T_imu_cam->topRightCorner<3, 1>().isZero(0); }
 };
 
+/// Whether it is of two IMUs, by their names: no tool's file of a camera has a field for that.
+[[nodiscard]] bool of_two_imus(const Estimate& result);
+/// The name of the camera in a result, which may be its sensor or its reference. Throws takt::Error for two IMUs.
+[[nodiscard]] std::string camera_of(const Estimate& result);
+
 /// Turns a result round where its sensor is the IMU, and moves an offset of the first row to the middle one where the
 /// readout is known: the tools take a frame for one instant, which is the middle of its rows. Throws std::logic_error
 /// where the result has no answer.
+/// Throws takt::Error where both are IMUs.
 [[nodiscard]] CameraToImu camera_to_imu(const Estimate& result, const std::optional<CameraModel>& model);
 
 struct Exported {

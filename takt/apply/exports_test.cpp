@@ -143,6 +143,17 @@ TEST(Exports, VinsHasTdTheMountingAndTheReadout) {
   EXPECT_NEAR(td + tr * (0.0 - 0.5), shift_s, 1e-9);
 }
 
+TEST(Exports, VinsMonoHasTheMountingInTwoParts) {
+  const cv::FileStorage file = opencv(exported("vins"));
+  cv::Mat R, t;
+  file["extrinsicRotation"] >> R;
+  file["extrinsicTranslation"] >> t;
+  ASSERT_EQ(R.rows, 3);
+  ASSERT_EQ(t.cols, 1);
+  EXPECT_EQ(R.at<double>(0, 2), mounting()(0, 2));
+  EXPECT_EQ(t.at<double>(1), -0.02);
+}
+
 TEST(Exports, BasaltIsJsonInNanoseconds) {
   const auto json = nlohmann::json::parse(exported("basalt"))["value0"];
   EXPECT_EQ(json["cam_time_offset_ns"].get<std::int64_t>(), -12'345'678);
@@ -226,6 +237,36 @@ TEST(Exports, AResultWithTheImuAsSensorIsTurnedRound) {
   EXPECT_EQ(c.camera, "cam0");
   EXPECT_EQ(c.shift_ns, 12'345'678);
   EXPECT_LT((*c.T_imu_cam * mounting() - Mat4::Identity()).norm(), 1e-14);
+}
+
+TEST(Exports, TwoImusAreNoCameraAndAnImu) {
+  Estimate e = answer();
+  e.sensor = "imu1";
+  EXPECT_THROW((void)camera_to_imu(e, std::nullopt), Error);
+  e.sensor = "/camera/imu";  // in a camera's housing
+  EXPECT_THROW((void)camera_to_imu(e, std::nullopt), Error);
+  e.reference = "/camera/color/image_raw";
+  EXPECT_EQ(camera_to_imu(e, std::nullopt).camera, e.reference);
+  EXPECT_EQ(camera_to_imu(e, std::nullopt).shift_ns, -e.offset->count());
+}
+
+TEST(Exports, AnotherInstantThanTheMiddleIsSaid) {
+  Estimate e = answer();
+  e.frame_instant = "start";
+  const CameraToImu c = camera_to_imu(e, camera());
+  ASSERT_EQ(c.remarks.size(), 1u);
+  EXPECT_NE(c.remarks[0].find("half the exposure has to be added"), std::string::npos);
+  e.frame_instant = "middle";
+  EXPECT_TRUE(camera_to_imu(e, camera()).remarks.empty());
+}
+
+TEST(Exports, ADriftThatMayBeNoneIsNotSpokenOf) {
+  Estimate e = answer();
+  e.drift = 1e-6;
+  e.drift_sigma = 1e-7;
+  EXPECT_EQ(camera_to_imu(e, camera()).remarks.size(), 1u);
+  e.drift_sigma = 1e-6;
+  EXPECT_TRUE(camera_to_imu(e, camera()).remarks.empty());
 }
 
 TEST(Exports, EveryFormatSaysWhatItWroteAndWhatIsMissing) {

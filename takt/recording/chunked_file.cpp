@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <set>
 
 #include "takt/recording/chunk_ahead.h"
 #include "takt/recording/record_walk.h"
@@ -217,6 +218,42 @@ std::vector<Channel> ChunkedFile::channels() const {
   };
   static_cast<void>(visit(none, [](const Message&) {}));
   return out;
+}
+
+std::optional<std::vector<RecordedTimes>> ChunkedFile::recorded() const {
+  const auto index = format_.read_index(*bytes_);
+  if (!index) return std::nullopt;
+  std::map<std::uint32_t, RecordedTimes> all;
+  for (const auto& [id, channel] : index->known.channels) all[id].channel = channel;
+  ByteWindow file(*bytes_, 0, bytes_->size());
+  RecordWalk walk(format_, file, format_.first_record());
+  std::set<std::uint32_t> untold;  // channels of the last chunk, until their index comes
+  while (const auto record = walk.next()) {
+    if (record->kind == Kind::end) break;
+    if (record->kind == Kind::chunk) {
+      const auto inside = index->chunks.find(record->at);
+      if (!untold.empty() || inside == index->chunks.end()) return std::nullopt;
+      untold.insert(inside->second.begin(), inside->second.end());
+      continue;
+    }
+    const auto known = all.find(record->channel);
+    if (record->kind != Kind::index && record->kind != Kind::message) continue;
+    if (known == all.end()) return std::nullopt;
+    if (record->kind == Kind::message)
+      known->second.times.push_back(record->recorded);
+    else
+      format_.read_times(file, *record, known->second.times);
+    if (record->kind == Kind::index) untold.erase(record->channel);
+  }
+  if (!untold.empty() || walk.damage().places > 0) return std::nullopt;
+  std::vector<RecordedTimes> out;
+  for (auto& [id, times] : all) out.push_back(std::move(times));
+  return out;
+}
+
+std::string ChunkedFile::first_bytes(const ByteSource& bytes, std::size_t count) {
+  std::string head(static_cast<std::size_t>(std::min<std::uint64_t>(count, bytes.size())), '\0');
+  return bytes.read(0, std::as_writable_bytes(std::span(head))) ? head : std::string();
 }
 
 std::shared_ptr<const MessageFile::Bytes> ChunkedFile::chunk(std::uint64_t place) const {

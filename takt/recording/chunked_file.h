@@ -19,10 +19,13 @@ class ChunkedFile : public MessageFile {
   [[nodiscard]] std::vector<std::string> visit(const Wants& wants,
                                                const std::function<void(const Message&)>& see) const override;
   [[nodiscard]] std::vector<Channel> channels() const override;
+  [[nodiscard]] std::optional<std::vector<RecordedTimes>> recorded() const override;
   [[nodiscard]] std::shared_ptr<const Bytes> chunk(std::uint64_t place) const override;
   [[nodiscard]] std::shared_ptr<const Bytes> message(const MessagePlace& place) const override;
 
  protected:
+  /// Up to so many bytes, as text.
+  [[nodiscard]] static std::string first_bytes(const ByteSource& bytes, std::size_t count);
   /// The format outlives the file.
   ChunkedFile(std::shared_ptr<const ByteSource> bytes, const RecordFormat& format)
       : bytes_(std::move(bytes)), format_(format) {}

@@ -2,9 +2,10 @@
 #include "takt/recording/clock_columns.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cstdint>
+
+#include "takt/recording/lower_case.h"
 
 namespace takt {
 
@@ -14,8 +15,7 @@ bool contains_any(std::string_view text, std::initializer_list<std::string_view>
 }
 
 ColumnName read_column_name(std::string_view header) {
-  std::string text;
-  for (const char c : header) text += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  std::string text = lower_case(std::string(header));
   ColumnName out;
   const auto bracket = text.find_first_of("[(");
   if (bracket != std::string::npos) {

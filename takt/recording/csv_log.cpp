@@ -12,6 +12,7 @@
 #include "takt/recording/decimal.h"
 #include "takt/recording/files.h"
 #include "takt/recording/log_columns.h"
+#include "takt/recording/lower_case.h"
 #include "takt/recording/text_table.h"
 #include "takt/recording/units.h"
 
@@ -59,7 +60,7 @@ AngleStream read_angles(TableRows& rows, const LogColumns& columns, int exponent
 
 /// Angles are radians unless the header says degrees.
 std::string to_radians(std::vector<double>& angles, std::string header) {
-  for (char& c : header) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  header = lower_case(std::move(header));
   const bool degrees = header.find("deg") != std::string::npos || header.find("\xc2\xb0") != std::string::npos;
   if (degrees)
     for (double& a : angles) a *= std::numbers::pi / 180;
@@ -68,8 +69,7 @@ std::string to_radians(std::vector<double>& angles, std::string header) {
 
 /// Phones write one file a sensor, all with the columns x, y, z: then the file's name is the only word.
 void refuse_accelerometer(const LogColumns& columns, const std::string& path) {
-  std::string name = std::filesystem::path(path).stem().string();
-  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string name = lower_case(std::filesystem::path(path).stem().string());
   if (columns.rates_by_default && name.find("accel") != std::string::npos && name.find("gyro") == std::string::npos)
     throw Error("by its name holds an accelerometer, and takt needs rates", path,
                 "give the gyroscope's file; if these are rates, name the columns wx, wy, wz");
@@ -85,8 +85,7 @@ bool like_gravity(const std::vector<Vec3>& v) {
 bool looks_like_csv_log(const std::string& path) {
   std::error_code failed;
   if (!std::filesystem::is_regular_file(path, failed)) return false;
-  std::string ending = std::filesystem::path(path).extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string ending = ending_of(path);
   return ending == ".csv" || ending == ".txt" || ending == ".log" || ending == ".tsv" || ending == ".dat";
 }
 

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "takt/error.h"
+#include "takt/recording/stored_picture.h"
 
 namespace takt {
 
@@ -54,7 +55,7 @@ void keep_values(AngleStream& s, const std::vector<std::size_t>& kept) {
 }
 
 /// Passes on the frames whose index is in `kept`, renumbered.
-class CutFrames : public FrameReader {
+class CutFrames : public FrameReader, public KeepsStored {
  public:
   CutFrames(std::unique_ptr<FrameReader> all, std::shared_ptr<const std::vector<std::size_t>> kept)
       : all_(std::move(all)), kept_(std::move(kept)) {}
@@ -75,6 +76,7 @@ class CutFrames : public FrameReader {
     }
     return std::nullopt;
   }
+  [[nodiscard]] std::optional<StoredPicture> stored() const override { return stored_picture(*all_); }
 
  private:
   std::unique_ptr<FrameReader> all_;

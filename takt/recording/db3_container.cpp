@@ -87,6 +87,20 @@ std::vector<Channel> Db3Container::channels() const {
   return out;
 }
 
+std::optional<std::vector<RecordedTimes>> Db3Container::recorded() const {
+  const std::lock_guard lock(mutex_);
+  std::map<std::int64_t, RecordedTimes> all;
+  for (auto& [id, channel] : db3_topics(*db_, where_)) all[id].channel = std::move(channel);
+  Statement rows(*db_, "SELECT topic_id, timestamp FROM messages ORDER BY id");
+  while (rows.step())
+    if (const auto topic = all.find(sqlite3_column_int64(rows.get(), 0)); topic != all.end())
+      topic->second.times.push_back(from_ns(sqlite3_column_int64(rows.get(), 1)));
+  if (rows.failed()) return std::nullopt;
+  std::vector<RecordedTimes> out;
+  for (auto& [id, times] : all) out.push_back(std::move(times));
+  return out;
+}
+
 std::vector<std::string> Db3Container::visit(const Wants& wants, const std::function<void(const Message&)>& see) const {
   const std::lock_guard lock(mutex_);
   struct Topic {

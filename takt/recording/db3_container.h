@@ -23,6 +23,7 @@ class Db3Container : public MessageFile {
   [[nodiscard]] std::vector<std::string> visit(const Wants& wants,
                                                const std::function<void(const Message&)>& see) const override;
   [[nodiscard]] std::vector<Channel> channels() const override;
+  [[nodiscard]] std::optional<std::vector<RecordedTimes>> recorded() const override;
   [[nodiscard]] std::shared_ptr<const Bytes> chunk(std::uint64_t) const override { return nullptr; }
   /// A message's place is its id in the table.
   [[nodiscard]] std::shared_ptr<const Bytes> message(const MessagePlace& place) const override;

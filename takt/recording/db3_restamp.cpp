@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fcntl.h>
 #include <fmt/core.h>
 #include <sqlite3.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <map>
@@ -22,34 +20,23 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-[[noreturn]] void fail(sqlite3& db, const std::string& where) {
-  throw Error(std::string("cannot be written: ") + sqlite3_errmsg(&db), where, "is there room on the disk?");
-}
-
 /// A message of another length: only those that are compressed one by one.
 void exchange(sqlite3& db, std::int64_t id, const Bytes& data, const std::string& where) {
   Statement update(db, "UPDATE messages SET data = ?1 WHERE id = ?2");
-  if (!update.valid()) fail(db, where);
+  if (!update.valid()) cannot_write(db, where);
   sqlite3_bind_blob64(update.get(), 1, data.data(), data.size(), SQLITE_STATIC);
   sqlite3_bind_int64(update.get(), 2, id);
   update.step();
-  if (update.failed()) fail(db, where);
+  if (update.failed()) cannot_write(db, where);
 }
 
 void move_record_time(sqlite3& db, std::int64_t id, Duration by, const std::string& where) {
   Statement update(db, "UPDATE messages SET timestamp = timestamp + ?1 WHERE id = ?2");
-  if (!update.valid()) fail(db, where);
+  if (!update.valid()) cannot_write(db, where);
   sqlite3_bind_int64(update.get(), 1, by.count());
   sqlite3_bind_int64(update.get(), 2, id);
   update.step();
-  if (update.failed()) fail(db, where);
-}
-
-void sync(const std::string& path) {
-  const int handle = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (handle < 0) return;
-  ::fsync(handle);
-  ::close(handle);
+  if (update.failed()) cannot_write(db, where);
 }
 
 }  // namespace
@@ -108,12 +95,12 @@ Restamped restamp_db3(const std::string& in, const std::string& out, const Resta
       if (compressed)
         exchange(*db, row.id, compress(Compression::zstd, message), out);
       else if (!blob.write(row.id, 0, message))
-        fail(*db, out);
+        cannot_write(*db, out);
       if (order.record_time) move_record_time(*db, row.id, done->moved_by(), out);
     }
   }
   db.reset();
-  if (changed) sync(out);
+  if (changed) sync_database(out);
   return restamper.finish();
 }
 

@@ -98,6 +98,13 @@ std::string decimal_of_ns(std::int64_t ns, int exponent_to_ns, int decimals) {
   return (ns < 0 ? "-" : "") + digits + (behind.empty() ? "" : "." + behind);
 }
 
+std::optional<int> whole_number(std::string_view text) {
+  int value = 0;
+  const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (failed != std::errc{} || end != text.data() + text.size() || value < 0) return std::nullopt;
+  return value;
+}
+
 std::optional<double> finite_double(std::string_view text) {
   const char* first = text.data();
   const char* const end = first + text.size();

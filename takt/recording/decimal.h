@@ -15,6 +15,9 @@ namespace takt {
 /// `decimals` digits behind the point.
 [[nodiscard]] std::string decimal_of_ns(std::int64_t ns, int exponent_to_ns, int decimals);
 
+/// The whole text as an int of 0 or more, digits alone; nothing otherwise.
+[[nodiscard]] std::optional<int> whole_number(std::string_view text);
+
 /// The whole text as a finite double; nothing otherwise.
 [[nodiscard]] std::optional<double> finite_double(std::string_view text);
 

@@ -7,7 +7,8 @@
 #include <filesystem>
 
 #include "takt/error.h"
-#include "takt/recording/table_restamp.h"
+#include "takt/recording/files.h"
+#include "takt/recording/output_file.h"
 #include "takt/streams/stream_name.h"
 
 namespace takt {
@@ -28,7 +29,7 @@ void copy_folder(const std::string& in, const std::string& out, const std::map<s
   for (const auto& entry : fs::recursive_directory_iterator(in, fs::directory_options::follow_directory_symlink)) {
     const fs::path inside = fs::relative(entry.path(), in), target = fs::path(out) / inside;
     if (entry.is_directory()) {
-      fs::create_directories(target, failed);
+      fs::create_directory(target, failed);  // and not `out` again, where an interrupt took it away
       check(target);
     } else if (const auto special = rewrite.find(inside.generic_string()); special != rewrite.end()) {
       special->second(entry.path().string(), target.string());
@@ -44,30 +45,46 @@ void copy_folder(const std::string& in, const std::string& out, const std::map<s
   ::close(handle);
 }
 
-WriteFile table_writer(const Restamping& order, RestampLog& log, const std::string& name) {
-  return [&order, &log, name](const std::string& in, const std::string& out) {
+WriteFile table_writer(const Restamping& order, RestampLog& log, const std::string& name, TimeColumn time) {
+  return [&order, &log, name, time](const std::string& in, const std::string& out) {
     restamp_table(
-        in, out,
-        [](TableRows&) {
-          return TimeColumn{0, 0};
-        },
-        order.map,
+        in, out, [time](TableRows&) { return time; }, order.map,
         [&](Stamp before, Stamp after) {
           if (!name.empty()) log.saw(name, before, after);
         });
   };
 }
 
-std::map<std::string, WriteFile> tables_to_rewrite(const StreamFiles& files, const std::string& in,
-                                                   const Restamping& order, RestampLog& log) {
+WriteFile text_writer(const Restamping& order, RestampLog& log, const std::string& name, RestampText restamped) {
+  return [&order, &log, name, restamped = std::move(restamped)](const std::string& in, const std::string& out) {
+    const std::string text = restamped(read_file(in), in, [&](Stamp before) {
+      const Stamp after = order.map(before);
+      if (!name.empty()) log.saw(name, before, after);
+      return after;
+    });
+    OutputFile file(out);
+    file.write(text);
+    file.finish();
+  };
+}
+
+std::map<std::string, WriteFile> files_to_rewrite(const StreamFiles& files, const std::string& in,
+                                                  const std::string& wanted,
+                                                  const std::function<WriteFile(const std::string& stream)>& writer) {
   std::set<std::string> all;
   std::map<std::string, WriteFile> rewrite;
   for (const auto& [name, file] : files) {
     all.insert(name);
-    if (name_matches(order.stream, name)) rewrite[file] = table_writer(order, log, name);
+    if (name_matches(wanted, name)) rewrite[file] = writer(name);
   }
-  if (rewrite.empty()) no_such_stream(order.stream, all, in);
+  if (rewrite.empty()) no_such_stream(wanted, all, in);
   return rewrite;
+}
+
+std::map<std::string, WriteFile> tables_to_rewrite(const StreamFiles& files, const std::string& in,
+                                                   const Restamping& order, RestampLog& log) {
+  return files_to_rewrite(files, in, order.stream,
+                          [&](const std::string& name) { return table_writer(order, log, name); });
 }
 
 }  // namespace takt

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cstdio>
 #include <filesystem>
@@ -25,20 +24,13 @@ namespace {
 constexpr int seconds_to_ns = 9;
 const char* const phone_clock = "phone";
 
-bool is_picture(const fs::path& file) {
-  std::string ext = file.extension().string();
-  std::transform(ext.begin(), ext.end(), ext.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ext == ".jpg" || ext == ".jpeg" || ext == ".png";
-}
-
 /// By number; `frames/` if it is there, else the folder itself.
 std::map<std::int64_t, std::string> numbered_pictures(const fs::path& folder) {
   std::error_code failed;
   const fs::path where = fs::is_directory(folder / "frames", failed) ? folder / "frames" : folder;
   std::map<std::int64_t, std::string> pictures;
   for (const auto& entry : fs::directory_iterator(where, failed))
-    if (is_picture(entry.path()))
+    if (is_picture_file(entry.path()))
       if (const auto number = number_in(entry.path().stem().string())) pictures[*number] = entry.path().string();
   return pictures;
 }

@@ -15,6 +15,10 @@ namespace takt {
 /// Throws takt::Error. `options.frame_shift` says how numbers pair with stamps.
 [[nodiscard]] Recording read_frame_folder(const std::string& path, const OpenOptions& options);
 
+/// The folder with other stamps: a camera's in framestamp.txt and in the recorder's log, the gyro's in gyro.txt.
+[[nodiscard]] Restamped restamp_frame_folder(const std::string& in, const std::string& out, const Restamping& order,
+                                             const OpenOptions& options);
+
 /// What the recorder logged for one frame.
 struct LoggedFrame {
   Stamp start;  ///< of the frame: when its first row begins to expose

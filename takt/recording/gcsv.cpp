@@ -88,12 +88,23 @@ Axes read_orientation(const Header& header, const std::string& name, std::vector
   return {};
 }
 
+/// The unit of the time column, in 1e-18 s.
+std::int64_t time_unit(const Header& header, const std::string& where) {
+  const auto tscale = header.values.find("tscale");
+  const auto unit = decimal_to_ns(tscale == header.values.end() ? "0.001" : tscale->second, 18);
+  if (!unit || *unit <= 0) throw Error("tscale is no time unit", where, "correct the header");
+  return *unit;
+}
+
+std::optional<int> exponent_to_ns(std::int64_t unit) {
+  int power = 0;
+  for (; unit % 10 == 0; unit /= 10) ++power;
+  return unit == 1 ? std::optional(power - 9) : std::nullopt;
+}
+
 /// The first cell times its unit, which is given in 1e-18 s. Exact where the unit is a power of ten, as in most logs.
 std::int64_t stamp_ns(const TableRows& rows, std::int64_t unit) {
-  int power = 0;
-  std::int64_t rest = unit;
-  for (; rest % 10 == 0; rest /= 10) ++power;
-  if (rest == 1) return rows.time_ns(0, power - 9);
+  if (const auto exponent = exponent_to_ns(unit)) return rows.time_ns(0, *exponent);
   const std::int64_t thousandths = rows.time_ns(0, 3);
   const long double ns = static_cast<long double>(thousandths) * static_cast<long double>(unit) * 1e-12L;
   if (!(std::abs(ns) < 9e18L)) throw Error("stamp does not fit into 64-bit nanoseconds", rows.place(), "check tscale");
@@ -111,11 +122,14 @@ Recording read_gcsv(const std::string& path, const OpenOptions&) {
   return read_gcsv(read_file(path), path);
 }
 
+GcsvTable gcsv_table(std::string_view head, const std::string& where) {
+  const Header header = read_header(head, where);
+  return {header.table_at, exponent_to_ns(time_unit(header, where))};
+}
+
 Recording read_gcsv(std::string_view text, const std::string& path) {
   const Header header = read_header(text, path);
-  const auto tscale = header.values.find("tscale");
-  const auto unit = decimal_to_ns(tscale == header.values.end() ? "0.001" : tscale->second, 18);
-  if (!unit || *unit <= 0) throw Error("tscale is no time unit", path, "correct the header");
+  const std::int64_t unit = time_unit(header, path);
   const double gyro_scale = scale(header, "gscale", 1, path), accel_scale = scale(header, "ascale", 1, path);
 
   Recording recording;
@@ -127,7 +141,7 @@ Recording read_gcsv(std::string_view text, const std::string& path) {
   const std::size_t columns = rows.shape().columns;
   if (columns < 4) throw Error(fmt::format("has {} columns; t,gx,gy,gz expected", columns), path, "export it again");
   while (rows.next()) {
-    imu.stamps.push_back(from_ns(stamp_ns(rows, *unit)));
+    imu.stamps.push_back(from_ns(stamp_ns(rows, unit)));
     imu.gyro_rad_s.push_back(gyro_scale * axes({rows.number(1), rows.number(2), rows.number(3)}));
     if (columns >= 7)
       imu.accel_m_s2.push_back(standard_gravity * accel_scale * axes({rows.number(4), rows.number(5), rows.number(6)}));

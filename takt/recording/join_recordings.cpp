@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "takt/recording/stored_picture.h"
+
 namespace takt {
 
 namespace {
@@ -21,7 +23,7 @@ Stream* named(std::vector<Stream>& streams, const std::string& name) {
 using Open = std::function<std::unique_ptr<FrameReader>()>;
 
 /// The pictures of one reader, then those of another.
-class JoinedFrames : public FrameReader {
+class JoinedFrames : public FrameReader, public KeepsStored {
  public:
   JoinedFrames(const Open& first, Open second, std::size_t first_size)
       : reader_(first()), second_(std::move(second)), first_size_(first_size) {}
@@ -44,6 +46,7 @@ class JoinedFrames : public FrameReader {
     wanted_ = std::max(wanted_, index);
     reader_->skip_to(second_ ? std::min(index, first_size_) : index - std::min(index, base_));
   }
+  [[nodiscard]] std::optional<StoredPicture> stored() const override { return stored_picture(*reader_); }
 
  private:
   std::unique_ptr<FrameReader> reader_;

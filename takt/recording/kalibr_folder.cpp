@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <filesystem>
 
@@ -21,42 +20,16 @@ namespace {
 
 const char* const shared_clock = "folder";  // one time base for all
 
-bool is_picture(const fs::path& file) {
-  std::string ext = file.extension().string();
-  std::transform(ext.begin(), ext.end(), ext.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ext == ".png" || ext == ".jpg" || ext == ".jpeg" || ext == ".bmp" || ext == ".pgm" || ext == ".tif" ||
-         ext == ".tiff";
-}
-
 /// "cam0", "cam12": a name and a number.
 bool is_numbered(const std::string& name, const std::string& kind) {
   return name.starts_with(kind) && name.size() > kind.size() && name.size() < kind.size() + 4 &&
          name.find_first_not_of("0123456789", kind.size()) == std::string::npos;
 }
 
-/// Kalibr takes the digits before and after the ninth from the end as seconds and nanoseconds: a whole number.
-std::optional<Stamp> stamp_in(const fs::path& file) {
-  const std::string stem = file.stem().string();
-  std::int64_t ns = 0;
-  const auto [end, failed] = std::from_chars(stem.data(), stem.data() + stem.size(), ns);
-  if (failed != std::errc{} || end != stem.data() + stem.size() || ns < 0) return std::nullopt;
-  return from_ns(ns);
-}
-
-std::vector<fs::path> pictures_in(const fs::path& folder) {
-  std::vector<fs::path> out;
-  std::error_code failed;
-  for (const auto& entry : fs::directory_iterator(folder, failed))
-    if (is_picture(entry.path())) out.push_back(entry.path());
-  std::sort(out.begin(), out.end());
-  return out;
-}
-
 bool any_stamped(const fs::path& folder) {
   std::error_code failed;
   for (const auto& entry : fs::directory_iterator(folder, failed))
-    if (is_picture(entry.path()) && stamp_in(entry.path())) return true;
+    if (is_picture_file(entry.path()) && stamp_in_name(entry.path())) return true;
   return false;
 }
 
@@ -90,7 +63,7 @@ CameraStream read_camera(const fs::path& folder, std::vector<std::string>& notes
   std::vector<PictureFile> files;
   std::size_t nameless = 0;
   for (const fs::path& file : pictures_in(folder)) {
-    if (const auto stamp = stamp_in(file))
+    if (const auto stamp = stamp_in_name(file))
       files.push_back({0, *stamp, 0, file.string()});
     else
       ++nameless;
@@ -106,8 +79,32 @@ CameraStream read_camera(const fs::path& folder, std::vector<std::string>& notes
 
 }  // namespace
 
+std::optional<Stamp> stamp_in_name(const fs::path& picture) {
+  const std::string stem = picture.stem().string();
+  std::int64_t ns = 0;
+  const auto [end, failed] = std::from_chars(stem.data(), stem.data() + stem.size(), ns);
+  if (failed != std::errc{} || end != stem.data() + stem.size() || ns < 0) return std::nullopt;
+  return from_ns(ns);
+}
+
+std::vector<fs::path> pictures_in(const fs::path& folder) {
+  std::vector<fs::path> out;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(folder, failed))
+    if (is_picture_file(entry.path())) out.push_back(entry.path());
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+std::vector<fs::path> kalibr_cameras(const fs::path& root) {
+  return numbered(root, "cam", true);
+}
+std::vector<fs::path> kalibr_imus(const fs::path& root) {
+  return numbered(root, "imu", false);
+}
+
 bool looks_like_kalibr_folder(const std::string& path) {
-  for (const fs::path& folder : numbered(path, "cam", true))
+  for (const fs::path& folder : kalibr_cameras(path))
     if (any_stamped(folder)) return true;
   return false;
 }
@@ -121,7 +118,7 @@ ImuStream read_kalibr_imu(std::string_view text, const std::string& where) {
 
 Recording read_kalibr_folder(const std::string& path, const OpenOptions&) {
   Recording recording;
-  for (const fs::path& folder : numbered(path, "cam", true)) {
+  for (const fs::path& folder : kalibr_cameras(path)) {
     CameraStream camera = read_camera(folder, recording.notes);
     if (camera.size() == 0) continue;
     recording.files.push_back(folder.string());
@@ -129,7 +126,7 @@ Recording read_kalibr_folder(const std::string& path, const OpenOptions&) {
   }
   if (recording.cameras.empty())
     throw Error("no picture has a stamp as its name", path, "name them <nanoseconds>.png in cam0/, cam1/ ...");
-  for (const fs::path& file : numbered(path, "imu", false)) {
+  for (const fs::path& file : kalibr_imus(path)) {
     recording.files.push_back(file.string());
     recording.imus.push_back(read_kalibr_imu(read_file(file.string()), file.string()));
   }
@@ -141,7 +138,7 @@ bool looks_like_picture_folder(const std::string& path) {
   std::error_code failed;
   if (!fs::is_directory(path, failed)) return false;
   return std::any_of(fs::directory_iterator(path, failed), fs::directory_iterator(),
-                     [](const auto& entry) { return is_picture(entry.path()); });
+                     [](const auto& entry) { return is_picture_file(entry.path()); });
 }
 
 Recording read_picture_folder(const std::string& path, const OpenOptions&) {
@@ -151,12 +148,13 @@ Recording read_picture_folder(const std::string& path, const OpenOptions&) {
   camera.clock = shared_clock;
   const std::vector<fs::path> pictures = pictures_in(path);
   const bool stamped = std::all_of(pictures.begin(), pictures.end(), [](const fs::path& p) {
-    const auto stamp = stamp_in(p);
+    const auto stamp = stamp_in_name(p);
     return stamp && to_ns(*stamp) > 1'000'000'000;
   });
   std::vector<PictureFile> files;
   for (const fs::path& file : pictures) {
-    const Stamp stamp = stamped ? *stamp_in(file) : from_ns(1'000'000'000LL * static_cast<std::int64_t>(files.size()));
+    const Stamp stamp =
+        stamped ? *stamp_in_name(file) : from_ns(1'000'000'000LL * static_cast<std::int64_t>(files.size()));
     files.push_back({files.size(), stamp, 0, file.string()});
   }
   if (files.empty()) throw Error("holds no pictures", path, "give a folder with PNG or JPEG pictures");

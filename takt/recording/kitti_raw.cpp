@@ -25,20 +25,6 @@ namespace {
 
 const char* const shared_clock = "kitti";  // one computer stamped everything
 
-/// image_00, image_01 ... that have stamps, in order.
-std::vector<fs::path> cameras_in(const fs::path& root) {
-  std::vector<fs::path> found;
-  std::error_code failed;
-  for (const auto& entry : fs::directory_iterator(root, failed)) {
-    const std::string name = entry.path().filename().string();
-    const bool numbered =
-        name.size() == 8 && name.starts_with("image_") && name.find_first_not_of("0123456789", 6) == std::string::npos;
-    if (numbered && fs::exists(entry.path() / "timestamps.txt", failed)) found.push_back(entry.path());
-  }
-  std::sort(found.begin(), found.end());
-  return found;
-}
-
 bool has_oxts(const fs::path& root) {
   std::error_code failed;
   return fs::exists(root / "oxts" / "timestamps.txt", failed) && fs::is_directory(root / "oxts" / "data", failed);
@@ -144,19 +130,28 @@ ImuStream read_imu(const fs::path& folder, Recording& recording) {
   return imu;
 }
 
-std::optional<int> whole(std::string_view digits) {
-  int value = 0;
-  const auto [end, failed] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (failed != std::errc{} || end != digits.data() + digits.size() || value < 0) return std::nullopt;
-  return value;
+}  // namespace
+
+std::vector<fs::path> kitti_cameras(const fs::path& root) {
+  std::vector<fs::path> found;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(root, failed)) {
+    const std::string name = entry.path().filename().string();
+    const bool numbered =
+        name.size() == 8 && name.starts_with("image_") && name.find_first_not_of("0123456789", 6) == std::string::npos;
+    if (numbered && fs::exists(entry.path() / "timestamps.txt", failed)) found.push_back(entry.path());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
 }
 
-std::optional<Stamp> stamp_of(std::string_view line) {
-  // 2011-09-26 13:02:25[.964389445]
+std::optional<Stamp> kitti_stamp(std::string_view line) {
   if (line.size() < 19 || line[4] != '-' || line[7] != '-' || line[10] != ' ' || line[13] != ':' || line[16] != ':')
     return std::nullopt;
-  const auto year = whole(line.substr(0, 4)), month = whole(line.substr(5, 2)), day = whole(line.substr(8, 2));
-  const auto hour = whole(line.substr(11, 2)), minute = whole(line.substr(14, 2)), second = whole(line.substr(17, 2));
+  const auto year = whole_number(line.substr(0, 4)), month = whole_number(line.substr(5, 2)),
+             day = whole_number(line.substr(8, 2));
+  const auto hour = whole_number(line.substr(11, 2)), minute = whole_number(line.substr(14, 2)),
+             second = whole_number(line.substr(17, 2));
   if (!year || !month || !day || !hour || !minute || !second || *hour > 23 || *minute > 59 || *second > 59)
     return std::nullopt;
   const auto days = days_from_date(*year, *month, *day);
@@ -165,10 +160,8 @@ std::optional<Stamp> stamp_of(std::string_view line) {
   return from_ns((*days * 86400 + *hour * 3600 + *minute * 60 + *second) * 1'000'000'000 + *fraction);
 }
 
-}  // namespace
-
 bool looks_like_kitti_raw(const std::string& path) {
-  return !cameras_in(path).empty() || has_oxts(path);
+  return !kitti_cameras(path).empty() || has_oxts(path);
 }
 
 std::vector<std::optional<Stamp>> read_kitti_stamps(std::string_view text, const std::string& where) {
@@ -178,7 +171,7 @@ std::vector<std::optional<Stamp>> read_kitti_stamps(std::string_view text, const
     std::string_view line = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
     while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.remove_suffix(1);
-    out.push_back(line.empty() ? std::nullopt : stamp_of(line));
+    out.push_back(line.empty() ? std::nullopt : kitti_stamp(line));
     if (!line.empty() && !out.back())
       throw Error("is no date and time such as 2011-09-26 13:02:25.964389445", fmt::format("{}:{}", where, out.size()),
                   "take the file from KITTI again; it has one line for each file in data/");
@@ -200,7 +193,7 @@ OxtsSample read_oxts(std::string_view text, const std::string& where) {
 Recording read_kitti_raw(const std::string& path, const OpenOptions&) {
   Recording recording;
   if (has_oxts(path)) recording.imus.push_back(read_imu(fs::path(path) / "oxts", recording));
-  const std::vector<fs::path> folders = cameras_in(path);
+  const std::vector<fs::path> folders = kitti_cameras(path);
   recording.notes.emplace_back("stamps taken as UTC and, of pictures, as the middle of the exposure");
   if (folders.empty()) return recording;
 

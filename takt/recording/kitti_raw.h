@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,6 +20,15 @@ namespace takt {
 /// `2011-09-26 13:02:25.964389445` a line, taken as UTC; nothing for a line that is blank, as KITTI has it where
 /// nothing was measured. Throws takt::Error with file and line.
 [[nodiscard]] std::vector<std::optional<Stamp>> read_kitti_stamps(std::string_view text, const std::string& where);
+
+/// One such line, without its end; nothing where it is none.
+[[nodiscard]] std::optional<Stamp> kitti_stamp(std::string_view line);
+/// The folders image_NN of a drive that have stamps, in order.
+[[nodiscard]] std::vector<std::filesystem::path> kitti_cameras(const std::filesystem::path& root);
+
+/// The drive with other dates in a sensor's timestamps.txt.
+[[nodiscard]] Restamped restamp_kitti_raw(const std::string& in, const std::string& out, const Restamping& order,
+                                          const OpenOptions& options);
 
 /// One row of the inertial unit: accelerations x y z in its columns 12 to 14 (m/s²), rates x y z in 18 to 20 (rad/s),
 /// both along the unit's own axes: forward, left, up. Throws takt::Error.

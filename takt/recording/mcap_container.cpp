@@ -2,7 +2,6 @@
 #include "takt/recording/mcap_container.h"
 
 #include <algorithm>
-#include <array>
 #include <set>
 
 #include "takt/error.h"
@@ -124,6 +123,13 @@ class McapFormat : public RecordFormat {
            mcap::learn(head->op, bytes.at(head->content_at(), head->size), known);
   }
 
+  void read_times(ByteWindow& bytes, const FileRecord& index, std::vector<Stamp>& times) const override {
+    constexpr std::uint64_t head = 6, entry = 16;  // channel and size; time and place
+    for (std::uint64_t i = 0; i < index.count; ++i)
+      times.push_back(
+          from_ns(static_cast<std::int64_t>(ByteCursor(bytes.at(index.data_at + head + i * entry, entry)).u64())));
+  }
+
   [[nodiscard]] std::optional<FileIndex> read_index(const ByteSource& file) const override {
     ByteWindow window(file, 0, file.size());
     const auto footer = read_footer(window);
@@ -184,9 +190,7 @@ const RecordFormat& mcap_format() {
 
 McapContainer::McapContainer(std::shared_ptr<const ByteSource> bytes, const std::string& where)
     : ChunkedFile(bytes, mcap_format()) {
-  std::array<std::byte, magic.size()> head{};
-  const bool long_enough = bytes->read(0, head);
-  if (!long_enough || !is_mcap({reinterpret_cast<const char*>(head.data()), head.size()}))
+  if (!is_mcap(first_bytes(*bytes, magic.size())))
     throw Error("is no MCAP file", where, "check that the copy is complete");
 }
 

@@ -41,6 +41,12 @@ struct Message {
   std::span<const std::byte> head;  ///< as many of its first bytes as were wanted; only during the visit
 };
 
+/// When a channel's messages were recorded, by the recorder's clock.
+struct RecordedTimes {
+  Channel channel;
+  std::vector<Stamp> times;
+};
+
 /// How many of its first bytes a channel's messages are wanted with; 0: they are passed over, unread where possible.
 using Wants = std::function<std::uint64_t(const Channel&)>;
 constexpr std::uint64_t whole_message = UINT64_MAX;
@@ -56,6 +62,8 @@ class MessageFile {
                                                        const std::function<void(const Message&)>& see) const = 0;
   /// Every channel that the file has, from its index where it has one.
   [[nodiscard]] virtual std::vector<Channel> channels() const = 0;
+  /// From indexes alone, no message is read. Nothing where the file has none, or one that does not tell all.
+  [[nodiscard]] virtual std::optional<std::vector<RecordedTimes>> recorded() const = 0;
   /// The records of the chunk at that place, decompressed; nothing where it is broken.
   [[nodiscard]] virtual std::shared_ptr<const Bytes> chunk(std::uint64_t place) const = 0;
   /// The bytes of a message that is in no chunk; nothing where they cannot be read.

@@ -28,7 +28,7 @@ struct CameraTopic {
 };
 
 /// Pictures of one topic. The chunk in use is kept, so that frames in a row decompress it once.
-class MessageFrames : public FrameReader {
+class MessageFrames : public FrameReader, public KeepsStored {
  public:
   MessageFrames(std::shared_ptr<const MessageFile> file, std::shared_ptr<const CameraTopic> topic)
       : file_(std::move(file)), topic_(std::move(topic)) {}
@@ -36,7 +36,8 @@ class MessageFrames : public FrameReader {
   std::optional<Frame> next() override {
     while (index_ < topic_->places.size()) {
       const std::size_t index = index_++;
-      const auto [owner, data] = bytes_of(topic_->places[index]);
+      last_ = bytes_of(topic_->places[index]);
+      const auto& [owner, data] = last_;
       GrayImage image = owner ? read_image(topic_->channel, data, owner) : GrayImage{};
       if (!image.empty()) return Frame{index, topic_->stamps[index], 0, std::move(image)};
       ++broken_;
@@ -44,16 +45,21 @@ class MessageFrames : public FrameReader {
     return std::nullopt;
   }
   void skip_to(std::size_t index) override { index_ = std::max(index_, index); }
+  [[nodiscard]] std::optional<StoredPicture> stored() const override {
+    return read_stored_picture(topic_->channel, last_.second);
+  }
 
  private:
   /// What holds the message's bytes, and the bytes.
-  std::pair<std::shared_ptr<const Bytes>, std::span<const std::byte>> bytes_of(const MessagePlace& place) {
+  using Held = std::pair<std::shared_ptr<const Bytes>, std::span<const std::byte>>;
+  Held bytes_of(const MessagePlace& place) {
     if (!place.chunk) {
       const auto data = file_->message(place);
       return {data, data ? std::span<const std::byte>(*data) : std::span<const std::byte>{}};
     }
     if (!chunk_ || chunk_at_ != *place.chunk) {
       chunk_.reset();
+      last_ = {};
       chunk_ = file_->chunk(*place.chunk);
       chunk_at_ = *place.chunk;
     }
@@ -66,6 +72,7 @@ class MessageFrames : public FrameReader {
   std::size_t index_ = 0;
   std::shared_ptr<const Bytes> chunk_;
   std::uint64_t chunk_at_ = 0;
+  Held last_;
 };
 
 std::string printable(std::string text) {

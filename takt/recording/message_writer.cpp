@@ -71,7 +71,7 @@ constexpr std::string_view between =
 struct Type {
   std::string_view name, md5, fields, parts;
 };
-constexpr std::array<Type, 3> types{{
+constexpr std::array<Type, 4> types{{
     {"sensor_msgs/Imu", "6a62c6daae103f4ff57a132d6f95cec2",
      "geometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\ngeometry_msgs/Vector3 "
      "angular_velocity\nfloat64[9] angular_velocity_covariance\ngeometry_msgs/Vector3 linear_acceleration\nfloat64[9] "
@@ -81,6 +81,7 @@ constexpr std::array<Type, 3> types{{
      "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"},
     {"sensor_msgs/Image", "060021388200f6f0f447d0fcd9c64743",
      "uint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\nuint8[] data\n", ""},
+    {"sensor_msgs/CompressedImage", "8f7a12909da2c9d3332d540a0977563f", "string format\nuint8[] data\n", ""},
     {"sensor_msgs/CameraInfo", "c9a58c1b0b154e0e6da7578cb991d214",
      "uint32 height\nuint32 width\nstring distortion_model\nfloat64[] D\nfloat64[9] K\nfloat64[9] R\nfloat64[12] "
      "P\nuint32 binning_x\nuint32 binning_y\nsensor_msgs/RegionOfInterest roi\n",
@@ -110,17 +111,42 @@ MessageBytes imu_message(MessageEncoding encoding, Stamp stamp, const Vec3& w, c
   return std::move(out.bytes());
 }
 
+namespace {
+
+/// An Image's fields before its pixels, and how many bytes these have.
+void image_head(Writer& out, const RawPicture& p, std::uint32_t bytes) {
+  out.put(p.height);
+  out.put(p.width);
+  out.text(p.encoding);
+  out.put(std::uint8_t{p.big_endian});
+  out.put(p.stride);
+  out.put(bytes);
+}
+
+}  // namespace
+
 MessageBytes image_message(MessageEncoding encoding, Stamp stamp, const GrayImage& image) {
   const auto width = static_cast<std::uint32_t>(image.width), height = static_cast<std::uint32_t>(image.height);
   Writer out(encoding);
   out.header(stamp);
-  out.put(height);
-  out.put(width);
-  out.text("mono8");
-  out.put(std::uint8_t{0});
-  out.put(width);  // bytes from row to row
-  out.put(width * height);
+  image_head(out, {.width = width, .height = height, .stride = width, .encoding = "mono8", .pixels = {}},
+             width * height);
   for (int y = 0; y < image.height; ++y) append(out.bytes(), std::as_bytes(std::span(image.row(y), width)));
+  return std::move(out.bytes());
+}
+
+MessageBytes image_message(MessageEncoding encoding, Stamp stamp, const StoredPicture& picture) {
+  Writer out(encoding);
+  out.header(stamp);
+  if (const auto* const encoded = std::get_if<EncodedPicture>(&picture)) {
+    out.text(encoded->format);
+    out.put(static_cast<std::uint32_t>(encoded->bytes.size()));
+    append(out.bytes(), encoded->bytes);
+  } else {
+    const RawPicture& raw = std::get<RawPicture>(picture);
+    image_head(out, raw, static_cast<std::uint32_t>(raw.pixels.size()));
+    append(out.bytes(), raw.pixels);
+  }
   return std::move(out.bytes());
 }
 

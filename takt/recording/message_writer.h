@@ -8,6 +8,7 @@
 
 #include "takt/motion/rotation.h"
 #include "takt/recording/message_file.h"
+#include "takt/recording/stored_picture.h"
 #include "takt/streams/camera_model.h"
 #include "takt/streams/image.h"
 
@@ -22,6 +23,8 @@ using MessageBytes = std::vector<std::byte>;
                                        const Vec3* accel_m_s2);
 /// mono8.
 [[nodiscard]] MessageBytes image_message(MessageEncoding encoding, Stamp stamp, const GrayImage& image);
+/// A picture as it was stored: an Image or a CompressedImage.
+[[nodiscard]] MessageBytes image_message(MessageEncoding encoding, Stamp stamp, const StoredPicture& picture);
 /// Only for cameras that `has_camera_info`.
 [[nodiscard]] MessageBytes camera_info_message(MessageEncoding encoding, Stamp stamp, const CameraModel& model);
 /// The message has no other lenses than pinholes with no, radtan or equidistant distortion.

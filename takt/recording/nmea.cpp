@@ -26,13 +26,6 @@ std::vector<std::string_view> fields_of(std::string_view sentence) {
   }
 }
 
-std::optional<int> whole(std::string_view text) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || error != std::errc{} || end != text.data() + text.size() || value < 0) return std::nullopt;
-  return value;
-}
-
 struct TimeOfDay {
   std::int64_t ns = 0;
   bool leap_second = false;
@@ -41,9 +34,9 @@ struct TimeOfDay {
 /// "235960.00": during a leap second the count of the second before is repeated, as Unix time does.
 std::optional<TimeOfDay> time_of_day(std::string_view text) {
   if (text.size() < 6) return std::nullopt;
-  const auto hour = whole(text.substr(0, 2)), minute = whole(text.substr(2, 2));
+  const auto hour = whole_number(text.substr(0, 2)), minute = whole_number(text.substr(2, 2));
   const auto seconds_ns = decimal_to_ns(text.substr(4), 9);
-  if (!whole(text.substr(4, 2)) || !hour || !minute || !seconds_ns) return std::nullopt;
+  if (!whole_number(text.substr(4, 2)) || !hour || !minute || !seconds_ns) return std::nullopt;
   const bool leap = *seconds_ns >= 60 * second_ns && *seconds_ns < 61 * second_ns;
   if (*hour > 23 || *minute > 59 || *seconds_ns < 0 || *seconds_ns >= 61 * second_ns) return std::nullopt;
   if (leap && *minute != 59) return std::nullopt;
@@ -85,16 +78,17 @@ std::optional<TimeLabel> NmeaTime::read(std::string_view sentence) {
     label.valid = *status_;
     const std::string_view date = fields[9];
     if (date.size() != 6) return std::nullopt;
-    const auto d = whole(date.substr(0, 2)), m = whole(date.substr(2, 2)), y = whole(date.substr(4, 2));
+    const auto d = whole_number(date.substr(0, 2)), m = whole_number(date.substr(2, 2)),
+               y = whole_number(date.substr(4, 2));
     if (!d || !m || !y) return std::nullopt;
     day = days_from_date(*y >= 80 ? 1900 + *y : 2000 + *y, *m, *d);
   } else if (kind == "ZDA" && fields.size() > 4) {
     label.valid = status_.value_or(true);
-    const auto d = whole(fields[2]), m = whole(fields[3]), y = whole(fields[4]);
+    const auto d = whole_number(fields[2]), m = whole_number(fields[3]), y = whole_number(fields[4]);
     if (!d || !m || !y) return std::nullopt;
     day = days_from_date(*y, *m, *d);
   } else if (kind == "GGA" && fields.size() > 6) {
-    const auto quality = whole(fields[6]);
+    const auto quality = whole_number(fields[6]);
     label.valid = quality && *quality > 0;
     if (!last_utc_ns_ || !time) return std::nullopt;
     // The day that brings it nearest to the sentence before.

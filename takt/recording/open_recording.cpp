@@ -30,9 +30,9 @@ const std::vector<Format>& formats() {
       {"ASL folder", looks_like_asl, read_asl, restamp_asl},
       {"tracks folder", looks_like_tracks_folder, read_tracks_folder, restamp_tracks_folder},
       {"rosbag2 folder", looks_like_rosbag2_folder, read_rosbag2_folder, restamp_rosbag2_folder},
-      {"frame folder", looks_like_frame_folder, read_frame_folder},
-      {"Kalibr folder", looks_like_kalibr_folder, read_kalibr_folder},
-      {"KITTI raw drive", looks_like_kitti_raw, read_kitti_raw},
+      {"frame folder", looks_like_frame_folder, read_frame_folder, restamp_frame_folder},
+      {"Kalibr folder", looks_like_kalibr_folder, read_kalibr_folder, restamp_kalibr_folder},
+      {"KITTI raw drive", looks_like_kitti_raw, read_kitti_raw, restamp_kitti_raw},
       {"video with log", is_video_with_log, read_video_with_log},
       {"picture folder", looks_like_picture_folder, read_picture_folder},
       {"GoPro video", is_gopro, read_gopro},
@@ -42,7 +42,7 @@ const std::vector<Format>& formats() {
       {"rosbag2 database", looks_like_db3, read_db3, restamp_db3},
       {"compressed rosbag2 file", looks_like_zstd_bag, read_zstd_bag, restamp_zstd_bag},
       {"gateware capture", looks_like_gateware, read_gateware},
-      {"gyroflow log", looks_like_gcsv, read_gcsv},
+      {"gyroflow log", looks_like_gcsv, read_gcsv, restamp_gcsv},
       {"CSV log", looks_like_csv_log, read_csv_log, restamp_csv_log},
   };
   return table;

@@ -2,7 +2,7 @@
 #include "takt/recording/output_file.h"
 
 #include <fcntl.h>
-#include <libdeflate.h>
+#include <isa-l/crc.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -104,7 +104,7 @@ void OutputFile::start_crc() {
 }
 
 std::uint32_t crc32_of(std::span<const std::byte> bytes, std::uint32_t before) {
-  return ::libdeflate_crc32(before, bytes.data(), bytes.size());
+  return ::crc32_gzip_refl(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
 }
 
 void publish(const std::string& temporary, const std::string& final_name) {

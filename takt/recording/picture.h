@@ -14,6 +14,9 @@ namespace takt {
 [[nodiscard]] GrayImage decode_picture(std::span<const std::byte> encoded);
 [[nodiscard]] GrayImage read_picture(const std::string& path);
 
+/// By its ending.
+[[nodiscard]] bool is_picture_file(const std::string& path);
+
 /// Pictures of a camera, one file a frame, each decoded when asked for. Missing and broken ones are skipped.
 struct PictureFile {
   std::size_t index;  ///< place in the stream's stamps

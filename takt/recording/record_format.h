@@ -72,6 +72,8 @@ class RecordFormat {
   virtual bool learn(ByteWindow& bytes, const FileRecord& record, KnownChannels& known) const = 0;
   /// Nothing where there is none, or a broken one.
   [[nodiscard]] virtual std::optional<FileIndex> read_index(const ByteSource& file) const = 0;
+  /// Appends the times in an index of one channel's messages.
+  virtual void read_times(ByteWindow& bytes, const FileRecord& index, std::vector<Stamp>& times) const = 0;
   /// A file that was closed has a record of kind `end`.
   [[nodiscard]] virtual bool has_end_record() const = 0;
 };

@@ -61,9 +61,10 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
       bag::connection(1, "/imu", "sensor_msgs/Imu") + bag::message(1, bag::header(1, 2) + std::string(296, '\1'));
   return fuzz::plant_seeds(
       *argc, *argv,
-      {mc::file(channel + messages), mc::file(mc::chunk(channel + messages, "lz4")),
-       mc::file(mc::chunk(channel + messages)), bag::bag(bag::chunk(records)), bag::bag(bag::chunk(records, "lz4")),
-       database(), "t,wx,wy,wz\n0.1,1,2,3\n0.2,1,2,3\n0.3,1,2,3\n"});
+      {mc::file(channel + messages), "GYROFLOW IMU LOG\ntscale,0.001\nt,gx,gy,gz\n1.5,1,2,3\n2.5,1,2,3\n",
+       mc::file(mc::chunk(channel + messages, "lz4")), mc::file(mc::chunk(channel + messages)),
+       bag::bag(bag::chunk(records)), bag::bag(bag::chunk(records, "lz4")), database(),
+       "t,wx,wy,wz\n0.1,1,2,3\n0.2,1,2,3\n0.3,1,2,3\n"});
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

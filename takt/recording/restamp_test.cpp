@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <map>
 #include <tuple>
 
 #include "takt/recording/files.h"
@@ -181,6 +182,110 @@ TEST(Restamp, TablesKeepTheirTextAndTheirUnit) {
             "1.520000001,1,2,3");
   EXPECT_EQ(restamped("wx wy wz t_ms\n1 2 3  100\n1 2 3  110\n", Duration(3'177'000)),
             "wx wy wz t_ms\n1 2 3  103.177\n1 2 3  113.177\n");
+}
+
+/// Every file of a folder, or the file itself, by its name.
+std::map<std::string, std::string> contents(const std::string& path) {
+  namespace fs = std::filesystem;
+  if (!fs::is_directory(path)) return {{"", read_file(path)}};
+  std::map<std::string, std::string> all;
+  for (const auto& entry : fs::recursive_directory_iterator(path))
+    if (entry.is_regular_file()) all[fs::relative(entry.path(), path).generic_string()] = read_file(entry.path());
+  return all;
+}
+std::vector<Stamp> stamps_of(const Recording& r, const std::string& stream) {
+  for (const ImuStream& imu : r.imus)
+    if (imu.name == stream) return imu.stamps;
+  for (const CameraStream& camera : r.cameras)
+    if (camera.name == stream) return camera.stamps;
+  return {};
+}
+
+TEST(Restamp, LogsAndFoldersOfOtherToolsMoveThereAndBack) {
+  const TemporaryFolder folder;
+  const std::string picture = "P5\n2 2\n255\nabcd", at = folder.path() + "/";
+  struct Case {
+    std::string path;
+    std::vector<std::string> streams;
+  };
+  std::vector<Case> cases;
+  cases.push_back({folder.file("clip.gcsv",
+                               "GYROFLOW IMU LOG\r\nversion,1.3\r\ntscale,0.001\r\ngscale,0.5\r\nt,gx,gy,gz\r\n"
+                               "1.5,1,2,3\r\n2.25,4,5,6\r\n"),
+                   {"clip"}});
+  cases.push_back(
+      {folder.file("phone.csv", "timestamp,x,y,z\n100000000,1,2,3\n110000000,2,3,4\n120000000,1,2,3\n"), {"phone"}});
+  cases.push_back({folder.file("wing.csv",
+                               "loopIteration,time,gyroADC[0],gyroADC[1],gyroADC[2]\n0,100000,10,20,30\n"
+                               "1,101000,40,50,60\n2,102000,10,20,30\n"),
+                   {"wing"}});
+  for (const char* name : {"1385030208726607488.pgm", "1385030208776607488.pgm", "notes.pgm"})
+    std::ignore = folder.file(std::string("kalibr/cam0/") + name, picture);
+  std::ignore = folder.file("kalibr/imu0.csv",
+                            "timestamp,omega_x,omega_y,omega_z,alpha_x,alpha_y,alpha_z\n1385030208726607500,0.5,-0.1,"
+                            "0.02,9.1,0.2,-3.2\n1385030208731607500,0.6,-0.1,0.02,9.1,0.2,-3.2\n");
+  std::ignore = folder.file("kalibr/readme.txt", "a rig");
+  cases.push_back({at + "kalibr", {"cam0", "imu0"}});
+  for (const char* name : {"image_00/data/0000000000.png", "image_00/data/0000000001.png"})
+    std::ignore = folder.file(std::string("kitti/") + name, picture);
+  std::ignore = folder.file("kitti/image_00/timestamps.txt",
+                            "2011-12-31 23:59:58.900000000\r\n\r\n2011-12-31 23:59:59.950000000\r\n");
+  std::ignore = folder.file("kitti/image_00/data/0000000002.png", picture);
+  std::string row = "0";
+  for (int i = 1; i < 30; ++i) row += " " + std::to_string(i);
+  for (const char* name : {"0000000000.txt", "0000000001.txt"})
+    std::ignore = folder.file(std::string("kitti/oxts/data/") + name, row);
+  std::ignore = folder.file("kitti/oxts/timestamps.txt", "2011-12-31 23:59:58.5\n2011-12-31 23:59:59");
+  cases.push_back({at + "kitti", {"image_00", "oxts_imu"}});
+  for (const char* name : {"f-1.png", "f-2.png"})
+    std::ignore = folder.file(std::string("phone/frames/") + name, picture);
+  std::ignore = folder.file("phone/framestamp.txt", "4328.040426\n4328.073739\n");
+  std::ignore = folder.file("phone/gyro.txt", "0.1,0.2,0.3,4328.04\n0.1,0.2,0.3,4328.05\n");
+  std::ignore = folder.file("phone/gyro_dump.txt",
+                            "SOF  4328040426,  frameNum :1 exp time 0.005\nframeid:1 gyro:0 x 1 ts 4328040741\n"
+                            "SOF  4328073739,  frameNum :2 exp time 0.006\n");
+  cases.push_back({at + "phone", {"cam0", "imu0"}});
+
+  constexpr Duration whole(1'234'567'000);  // in µs, which all of these can say
+  for (const Case& c : cases) {
+    const Recording before = open_recording(c.path);
+    for (const std::string& stream : c.streams) {
+      const auto restamped = [&](const std::string& from, const std::string& to, Duration by) {
+        const std::filesystem::path out =
+            folder.path() + "/" + stream + to + "/" + std::filesystem::path(c.path).filename().string();
+        std::filesystem::create_directories(out.parent_path());
+        const Restamped done = restamp_recording(from, out, moving(stream, by));
+        EXPECT_EQ(done.streams.at(0).count, stamps_of(before, stream).size()) << c.path << ": " << stream;
+        return out.string();
+      };
+      EXPECT_EQ(contents(restamped(c.path, "_same", Duration(0))), contents(c.path)) << c.path << ": " << stream;
+      const std::string moved = restamped(c.path, "_moved", whole);
+      const Recording after = open_recording(moved), back = open_recording(restamped(moved, "_back", -whole));
+      for (const std::string& other : c.streams) {
+        std::vector<Stamp> want = stamps_of(before, other);
+        EXPECT_EQ(stamps_of(back, other), want) << c.path << ": " << stream;
+        for (Stamp& t : want) t += other == stream ? whole : Duration(0);
+        EXPECT_EQ(stamps_of(after, other), want) << c.path << ": " << stream << " moved, " << other;
+      }
+      if (before.cameras.empty()) continue;
+      EXPECT_EQ(after.cameras.at(0).exposures_s, before.cameras[0].exposures_s) << c.path;
+      EXPECT_EQ(after.cameras[0].open()->next()->image.row(1)[1], 'd') << c.path;
+    }
+  }
+}
+
+TEST(Restamp, WhatAFormatCannotSayIsRefused) {
+  const TemporaryFolder folder;
+  const auto said = [&](const std::string& in, const std::string& stream, Duration by) {
+    return complaint([&] { std::ignore = restamp_recording(in, "", moving(stream, by)); });
+  };
+  const std::string odd = folder.file("odd.gcsv", "GYROFLOW IMU LOG\ntscale,0.0025\nt,gx,gy,gz\n4,1,1,1\n");
+  EXPECT_NE(said(odd, "odd", shift).find("no power of ten"), std::string::npos);
+  std::ignore = folder.file("kalibr/cam0/1000.pgm", "P5\n2 2\n255\nabcd");
+  EXPECT_NE(said(folder.path() + "/kalibr", "cam0", -shift).find("below 0"), std::string::npos);
+  EXPECT_NE(said(folder.path() + "/kalibr", "imu0", shift).find("it has: cam0"), std::string::npos);
+  std::ignore = folder.file("kitti/image_00/timestamps.txt", "1970-01-01 00:00:01.0\n");
+  EXPECT_NE(said(folder.path() + "/kitti", "image_00", -shift).find("does not have"), std::string::npos);
 }
 
 TEST(Restamp, AnAslFolderKeepsAllButTheStamps) {

@@ -98,6 +98,14 @@ class Ros1Format : public RecordFormat {
            ros1::learn(head.header, all.subspan(record.data_at - record.at), known);
   }
 
+  void read_times(ByteWindow& bytes, const FileRecord& index, std::vector<Stamp>& times) const override {
+    constexpr std::uint64_t entry = 12;  // time and place
+    for (std::uint64_t i = 0; i < index.count; ++i) {
+      ByteCursor in(bytes.at(index.data_at + i * entry, entry));
+      times.push_back(read_time(in));
+    }
+  }
+
   [[nodiscard]] std::optional<FileIndex> read_index(const ByteSource& file) const override {
     ByteWindow window(file, 0, file.size());
     Record record;
@@ -173,11 +181,9 @@ const RecordFormat& ros1_format() {
 
 Ros1Container::Ros1Container(std::shared_ptr<const ByteSource> bytes, const std::string& where)
     : ChunkedFile(bytes, ros1_format()) {
-  std::array<std::byte, magic.size()> head{};
-  const bool long_enough = bytes->read(0, head);
-  const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
-  if (!long_enough || !is_ros1_bag(text)) {
-    const bool older = text.starts_with("#ROSBAG") || text.starts_with("#ROSRECORD");
+  const std::string head = first_bytes(*bytes, magic.size());
+  if (!is_ros1_bag(head)) {
+    const bool older = head.starts_with("#ROSBAG") || head.starts_with("#ROSRECORD");
     throw Error(older ? "is a bag of another version than 2.0" : "is no ROS 1 bag", where,
                 older ? "convert it with `rosbag fix`" : "check that the copy is complete");
   }

@@ -13,12 +13,12 @@ namespace {
 constexpr std::uint32_t most_header_bytes = 1U << 20;
 constexpr std::int64_t second_ns = 1'000'000'000;
 
+}  // namespace
+
 Stamp read_time(ByteCursor& in) {
   const std::int64_t s = in.u32(), ns = in.u32();
   return from_ns(s * second_ns + ns);
 }
-
-}  // namespace
 
 bool read_fields(std::span<const std::byte> bytes, Header& header) {
   ByteCursor in(bytes);

@@ -5,6 +5,7 @@
 #include <span>
 #include <string_view>
 
+#include "takt/recording/byte_cursor.h"
 #include "takt/recording/byte_window.h"
 #include "takt/recording/record_format.h"
 
@@ -31,6 +32,8 @@ struct Header {
 
 /// `name=value` fields, each after its length. False where they do not fill the bytes exactly.
 [[nodiscard]] bool read_fields(std::span<const std::byte> bytes, Header& header);
+/// Seconds and nanoseconds.
+[[nodiscard]] Stamp read_time(ByteCursor& in);
 /// A time's eight bytes; false where it does not fit into them (0 to 2³² s).
 [[nodiscard]] bool put_time(std::span<std::byte> out, Stamp time);
 

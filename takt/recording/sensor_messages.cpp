@@ -81,19 +81,29 @@ std::optional<ImageHead> read_image_head(const Channel& channel, std::span<const
   return out;
 }
 
-GrayImage read_image(const Channel& channel, std::span<const std::byte> message, std::shared_ptr<const void> owner) {
-  const bool compressed = sensor_message(channel) == SensorMessage::compressed_image;
-  if (channel.encoding == MessageEncoding::json) return json_messages::read_image(message, compressed);
+std::optional<StoredPicture> read_stored_picture(const Channel& channel, std::span<const std::byte> message) {
+  if (channel.encoding == MessageEncoding::json) return std::nullopt;
   MessageReader in(channel.encoding, message);
-  if (!in.header()) return {};
-  if (compressed) {
-    in.text();  // format: the bytes say it themselves
-    const auto encoded = in.bytes();
-    return in.good() ? decode_picture(encoded) : GrayImage{};
+  if (!in.header()) return std::nullopt;
+  StoredPicture out;
+  if (sensor_message(channel) == SensorMessage::compressed_image) {
+    const std::string_view format = in.text();
+    out = EncodedPicture{format, in.bytes()};
+  } else {
+    RawPicture picture = read_raw_picture(in);
+    picture.pixels = in.bytes();
+    out = picture;
   }
-  RawPicture picture = read_raw_picture(in);
-  picture.pixels = in.bytes();
-  return in.good() ? to_gray(picture, std::move(owner)) : GrayImage{};
+  return in.good() ? std::optional(out) : std::nullopt;
+}
+
+GrayImage read_image(const Channel& channel, std::span<const std::byte> message, std::shared_ptr<const void> owner) {
+  if (channel.encoding == MessageEncoding::json)
+    return json_messages::read_image(message, sensor_message(channel) == SensorMessage::compressed_image);
+  const auto stored = read_stored_picture(channel, message);
+  if (!stored) return {};
+  if (const auto* const encoded = std::get_if<EncodedPicture>(&*stored)) return decode_picture(encoded->bytes);
+  return to_gray(std::get<RawPicture>(*stored), std::move(owner));
 }
 
 std::optional<CameraInfoModel> read_camera_info(MessageEncoding encoding, std::span<const std::byte> message) {

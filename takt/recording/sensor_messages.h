@@ -9,6 +9,7 @@
 #include "takt/motion/rotation.h"
 #include "takt/recording/camera_info.h"
 #include "takt/recording/message_file.h"
+#include "takt/recording/stored_picture.h"
 #include "takt/streams/image.h"
 
 /// The sensor_msgs that takt reads, whatever their encoding.
@@ -38,6 +39,9 @@ struct ImageHead {
 constexpr std::uint64_t image_head_bytes = 2048;
 [[nodiscard]] std::optional<ImageHead> read_image_head(const Channel& channel, std::span<const std::byte> head);
 
+/// The picture as it stands in the message; nothing where it is broken, or in JSON.
+[[nodiscard]] std::optional<StoredPicture> read_stored_picture(const Channel& channel,
+                                                               std::span<const std::byte> message);
 /// The picture in grey; `owner` keeps the message's bytes alive. Empty where it is broken or of no known kind.
 [[nodiscard]] GrayImage read_image(const Channel& channel, std::span<const std::byte> message,
                                    std::shared_ptr<const void> owner);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/recording/sqlite.h"
 
+#include <fcntl.h>
 #include <fmt/core.h>
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include <cctype>
 #include <filesystem>
@@ -56,6 +58,17 @@ std::shared_ptr<sqlite3> open_database_to_write(const std::string& path) {
   for (const char* pragma : {"PRAGMA journal_mode=OFF", "PRAGMA synchronous=OFF", "PRAGMA locking_mode=EXCLUSIVE"})
     if (sqlite3_exec(db.get(), pragma, nullptr, nullptr, nullptr) != SQLITE_OK) fail(db.get(), path);
   return db;
+}
+
+void cannot_write(sqlite3& db, const std::string& where) {
+  throw Error(std::string("cannot be written: ") + sqlite3_errmsg(&db), where, "is there room on the disk?");
+}
+
+void sync_database(const std::string& path) {
+  const int handle = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (handle < 0) return;
+  ::fsync(handle);
+  ::close(handle);
 }
 
 std::shared_ptr<sqlite3> view_database(std::span<const std::byte> bytes, const std::string& where) {

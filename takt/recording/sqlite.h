@@ -19,6 +19,10 @@ namespace takt {
 [[nodiscard]] std::shared_ptr<sqlite3> open_database(const std::string& path);
 /// To be changed, without a journal: for a file that nobody else knows of yet.
 [[nodiscard]] std::shared_ptr<sqlite3> open_database_to_write(const std::string& path);
+/// Throws takt::Error with what SQLite says.
+[[noreturn]] void cannot_write(sqlite3& db, const std::string& where);
+/// To the disk, once the database is closed.
+void sync_database(const std::string& path);
 /// From memory that outlives it; read-only.
 [[nodiscard]] std::shared_ptr<sqlite3> view_database(std::span<const std::byte> bytes, const std::string& where);
 

@@ -86,20 +86,21 @@ int decimals_of(std::string_view number) {
 
 void restamp_table(const std::string& in, const std::string& out,
                    const std::function<TimeColumn(TableRows& first_rows)>& find, const std::function<Stamp(Stamp)>& map,
-                   const std::function<void(Stamp before, Stamp after)>& saw) {
+                   const std::function<void(Stamp before, Stamp after)>& saw, std::size_t table_at) {
   const auto file = open_bytes(in);
-  std::string head(static_cast<std::size_t>(std::min<std::uint64_t>(head_bytes, file->size())), '\0');
+  std::string head(static_cast<std::size_t>(std::min<std::uint64_t>(table_at + head_bytes, file->size())), '\0');
   if (!file->read(0, std::as_writable_bytes(std::span(head)))) throw Error("cannot be read", in, "");
   if (head.size() < file->size()) head.resize(head.rfind('\n') + 1);  // the last line may be cut
-  TableRows rows(head, in);
+  TableRows rows(std::string_view(head).substr(std::min(table_at, head.size())), in);
   const TimeColumn time = find(rows);
   const char separator = rows.shape().separator;
+  const std::size_t rows_at = table_at + rows.header_bytes();
 
   OutputFile output(out);
-  output.copy(*file, 0, rows.header_bytes());
-  Lines lines(*file, rows.header_bytes());
-  auto number = static_cast<std::size_t>(
-      std::count(head.begin(), head.begin() + static_cast<std::ptrdiff_t>(rows.header_bytes()), '\n'));
+  output.copy(*file, 0, rows_at);
+  Lines lines(*file, rows_at);
+  auto number =
+      static_cast<std::size_t>(std::count(head.begin(), head.begin() + static_cast<std::ptrdiff_t>(rows_at), '\n'));
   for (std::string_view line; lines.next(line, in);) {
     ++number;
     const std::size_t begin = line.find_first_not_of(" \t\r\n");

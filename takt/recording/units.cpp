@@ -116,8 +116,11 @@ FoundTimeUnit find_time_unit(const std::vector<double>& sample, std::string_view
   };
   if (asked != TimeUnit::automatic) return said(asked, "as asked");
   if (const auto unit = unit_in_header(header)) return said(*unit, fmt::format("from the header '{}'", header));
+  // A phone that has been on for twelve days counts as many ns as Unix time has µs, but its spacing is no sensor's then.
+  constexpr double slowest_hz = 0.9;
   if (!sample.empty())
-    if (const auto unit = unit_of_epoch(sample.front())) return said(*unit, "from the magnitude: Unix time");
+    if (const auto unit = unit_of_epoch(sample.front()); unit && !(step > 0 && rate_hz(step, *unit) < slowest_hz))
+      return said(*unit, "from the magnitude: Unix time");
   if (!(step > 0)) return said(TimeUnit::s, "a guess: too few stamps to tell; --time-unit says it");
 
   // Sensors give 5 to 5000 samples a second; the units being 1000 apart, just one of them fits.

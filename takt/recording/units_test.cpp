@@ -27,6 +27,13 @@ TEST(Units, EveryUsualRateInEveryUnit) {
     }
 }
 
+TEST(Units, UptimeThatIsAsLargeAsUnixTimeIsToldByItsSpacing) {
+  EXPECT_EQ(found(ramp(1.2e15, 2e6)), TimeUnit::ns);  // a phone that has been on for two weeks, 500 Hz
+  EXPECT_EQ(found(ramp(1.2e9, 5e6)), TimeUnit::ns);   // or for a second
+  EXPECT_EQ(found(ramp(2e12, 5000)), TimeUnit::us);
+  EXPECT_EQ(found(ramp(1.7e9, 1)), TimeUnit::s);  // Unix time, once a second
+}
+
 TEST(Units, TheHeaderIsBelieved) {
   for (const char* name : {"t_ns", "timestamp [ns]", "time (ns)", "Time_NS"})
     EXPECT_EQ(found(ramp(0, 1), name), TimeUnit::ns) << name;

@@ -32,11 +32,13 @@ class MessageSink {
 };
 
 /// The recording's IMUs and cameras as sensor_msgs, in the order in which they were recorded (or sampled, where that is
-/// not known). One picture a camera is in memory at a time.
+/// not known); pictures as they are stored, where they are JPEG, PNG or messages, else in grey. One picture a camera is
+/// in memory at a time.
 [[nodiscard]] Written write_messages(const Recording& recording, MessageSink& sink);
 
 /// New files; `out` is not there yet. Throw takt::Error.
 [[nodiscard]] Written write_mcap(const Recording& recording, const std::string& out);
 [[nodiscard]] Written write_ros1_bag(const Recording& recording, const std::string& out);
+[[nodiscard]] Written write_db3(const Recording& recording, const std::string& out);
 
 }  // namespace takt

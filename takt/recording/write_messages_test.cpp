@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording written as a bag and as an MCAP file is the same recording, bit by bit.
+// A recording written as a bag, an MCAP file or a rosbag2 database is the same recording, bit by bit.
 #include "takt/recording/write_messages.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 
+#include "takt/recording/files.h"
 #include "takt/recording/open_recording.h"
+#include "takt/recording/recorded_times.h"
+#include "takt/recording/stored_picture.h"
+#include "tests/ros1_bag_writing.h"
 #include "tests/tools.h"
 
 namespace takt {
@@ -66,12 +72,14 @@ Recording camera_and_imus() {
   return r;
 }
 
-TEST(WriteMessages, TheSameRecordingInBothContainers) {
+TEST(WriteMessages, TheSameRecordingInEveryContainer) {
   const TemporaryFolder folder;
   const Recording before = camera_and_imus();
-  const std::array<std::string, 2> files{folder.path() + "/run.mcap", folder.path() + "/run.bag"};
+  const std::array<std::string, 3> files{folder.path() + "/run.mcap", folder.path() + "/run.bag",
+                                         folder.path() + "/run.db3"};
   std::ignore = write_mcap(before, files[0]);
   const Written written = write_ros1_bag(before, files[1]);
+  std::ignore = write_db3(before, files[2]);
   ASSERT_EQ(written.streams.size(), 3u);
   EXPECT_EQ(written.streams[2].written, "/left/image_raw");
   EXPECT_EQ(written.streams[2].count, 49u);
@@ -109,6 +117,58 @@ TEST(WriteMessages, TheSameRecordingInBothContainers) {
       EXPECT_EQ(frame->image.row(height - 1)[width - 1], 77) << file;
     }
     for (const std::string& note : after.notes) EXPECT_NE(note.find("which instant"), std::string::npos) << note;
+
+    const auto recorded = recorded_times(file);  // by the index
+    ASSERT_EQ(recorded.size(), 4u) << file;
+    for (const RecordedTimes& topic : recorded) {
+      const bool of_imu = topic.channel.type == "sensor_msgs/Imu";
+      EXPECT_EQ(topic.times, of_imu ? after.imus[0].arrivals : camera.arrivals) << file << ": " << topic.channel.topic;
+    }
+    const std::string bytes = read_file(file);
+    const std::string cut = folder.file("cut" + file.substr(file.rfind('.')), bytes.substr(0, bytes.size() - 100));
+    if (!file.ends_with(".db3")) {
+      EXPECT_NE(complaint([&] { std::ignore = recorded_times(cut); }).find("has no index"), std::string::npos) << file;
+    }
+  }
+}
+
+TEST(WriteMessages, ColoursAndCompressedPicturesStayAsTheyAre) {
+  namespace w = bag_writing;
+  const TemporaryFolder folder;
+  std::vector<std::uint8_t> png;
+  cv::imencode(".png", cv::Mat3b(2, 3, cv::Vec3b(10, 20, 200)), png);
+  const std::string encoded(png.begin(), png.end()), colours = "bgrBGRbgrBGR";
+  const Recording before = open_recording(
+      folder.file("in.bag", w::bag(w::connection(1, "/a/image_raw", "sensor_msgs/Image") +
+                                   w::connection(2, "/b/image_raw/compressed", "sensor_msgs/CompressedImage") +
+                                   w::message(1, w::image(17, 2, 2, "bgr8", 6, colours)) +
+                                   w::message(2, w::header(17, 5) + w::sized("png") + w::sized(encoded)))));
+  const std::array<std::string, 3> files{folder.path() + "/run.mcap", folder.path() + "/run.bag",
+                                         folder.path() + "/run.db3"};
+  std::ignore = write_mcap(before, files[0]);
+  std::ignore = write_ros1_bag(before, files[1]);
+  const Written written = write_db3(before, files[2]);
+  for (const std::string& note : written.notes) EXPECT_EQ(note.find("in grey"), std::string::npos) << note;
+  const auto text = [](std::span<const std::byte> bytes) {
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  };
+  for (const std::string& file : files) {
+    const Recording after = open_recording(file);
+    ASSERT_EQ(after.cameras.size(), 2u) << file;
+    for (const CameraStream& camera : after.cameras) {
+      const auto frames = camera.open();
+      ASSERT_TRUE(frames->next()) << file;
+      const auto stored = stored_picture(*frames);
+      ASSERT_TRUE(stored) << file;
+      if (camera.name == "/a/image_raw") {
+        EXPECT_EQ(std::get<RawPicture>(*stored).encoding, "bgr8");
+        EXPECT_EQ(text(std::get<RawPicture>(*stored).pixels), colours) << file;
+      } else {
+        EXPECT_EQ(camera.name, "/b/image_raw/compressed");
+        EXPECT_EQ(std::get<EncodedPicture>(*stored).format, "png");
+        EXPECT_EQ(text(std::get<EncodedPicture>(*stored).bytes), encoded) << file;
+      }
+    }
   }
 }
 

@@ -89,7 +89,7 @@ std::optional<Trend> trend_of(std::string against, std::string unit, const std::
   }
   const auto [low, high] = std::minmax_element(x.begin(), x.end());
   if (!(xx > 0)) return std::nullopt;
-  Trend t{std::move(against), std::move(unit), xy / xx, 0, *high - *low};
+  Trend t{std::move(against), std::move(unit), xy / xx, 0, *high - *low, x.size()};
   double left = 0;
   for (std::size_t i = 0; i < x.size(); ++i) left += std::pow(offset_s[i] - mean_y - t.slope_s * (x[i] - mean_x), 2);
   t.sigma_s = std::sqrt(left / static_cast<double>(x.size() - 2) / xx);
@@ -167,7 +167,8 @@ std::string bin_words(const TemperatureBin& b) {
 }  // namespace
 
 bool Trend::significant() const {
-  return std::abs(slope_s) > 3 * sigma_s;
+  const double n = static_cast<double>(answers) - 2, t = slope_s / sigma_s;
+  return (8 * n + 1) / (8 * n + 3) * std::sqrt(n * std::log1p(t * t / n)) > 3;
 }
 
 std::optional<double> Repeatability::scatter_over_sigma() const {
@@ -223,7 +224,9 @@ std::string to_json(const std::vector<Repeatability>& pairs) {
                      .add("against", text(t.against))
                      .add("unit", text(t.unit))
                      .add("slope_s", number(t.slope_s))
-                     .add("sigma_s", number(t.sigma_s)));
+                     .add("sigma_s", number(t.sigma_s))
+                     .add("span", number(t.span))
+                     .add("significant", Node{Node::Kind::boolean, t.significant() ? "true" : "false", {}}));
     for (const TemperatureBin& b : r.bins)
       bins.add(object()
                    .add("temperature_c", number(b.mean_c))

@@ -16,8 +16,10 @@ struct Trend {
   double slope_s = 0;   ///< offset per unit
   double sigma_s = 0;   ///< of the slope, from the scatter about the line
   double span = 0;      ///< over which it was seen, in units
+  std::size_t answers = 0;
 
-  [[nodiscard]] bool significant() const;  ///< beyond 3 σ
+  /// As rare by chance as 3 σ, with as few answers as there are: Student's t as a normal deviate, [Wallace1959].
+  [[nodiscard]] bool significant() const;
 };
 
 /// Answers of about the same temperature, as [Fu2021] tables 6 and 7 have them.

@@ -21,6 +21,7 @@ class NewFolder {
   NewFolder& operator=(const NewFolder&) = delete;
 
   [[nodiscard]] const std::filesystem::path& path() const { return building_; }
+  /// A file of that name, which may have folders before it. From any thread.
   void write(const std::string& name, const std::string& content) const;
   void finish();
 
@@ -29,9 +30,6 @@ class NewFolder {
   std::filesystem::path building_;
   bool finished_ = false;
 };
-
-/// Writes one file; throws takt::Error.
-void write_whole_file(const std::filesystem::path& path, const std::string& content);
 
 /// Called with 0 … 1.
 using Progress = std::function<void(double)>;

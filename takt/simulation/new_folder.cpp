@@ -30,7 +30,15 @@ NewFolder::~NewFolder() {
 }
 
 void NewFolder::write(const std::string& name, const std::string& content) const {
-  write_whole_file(building_ / name, content);
+  // The folder itself is not made again: where it is gone, the work was called off.
+  std::error_code failed;
+  fs::path folder = building_;
+  for (const fs::path& part : fs::path(name).parent_path()) fs::create_directory(folder /= part, failed);
+  const fs::path path = building_ / name;
+  std::ofstream out(path, std::ios::binary);
+  out.write(content.data(), static_cast<std::streamsize>(content.size()));
+  out.close();
+  if (!out) throw Error("cannot be written", path.string(), "is the disk full?");
 }
 
 void NewFolder::finish() {
@@ -39,15 +47,6 @@ void NewFolder::finish() {
   fs::rename(building_, fs::path(folder_), failed);
   if (failed) throw Error(failed.message(), folder_, "choose a folder that can be written");
   finished_ = true;
-}
-
-void write_whole_file(const fs::path& path, const std::string& content) {
-  std::error_code failed;
-  fs::create_directories(path.parent_path(), failed);
-  std::ofstream out(path, std::ios::binary);
-  out.write(content.data(), static_cast<std::streamsize>(content.size()));
-  out.close();
-  if (!out) throw Error("cannot be written", path.string(), "is the disk full?");
 }
 
 }  // namespace takt

@@ -10,7 +10,6 @@
 #include "takt/simulation/yaml_text.h"
 #include "takt/streams/kalibr_names.h"
 
-namespace fs = std::filesystem;
 
 namespace takt {
 
@@ -67,7 +66,8 @@ std::string to_png(const GrayImage& image) {
   return {png.begin(), png.end()};
 }
 
-void write_pictures(const CameraStream& camera, const fs::path& folder, int threads, const Progress& progress) {
+void write_pictures(const CameraStream& camera, const NewFolder& into, const std::string& folder, int threads,
+                    const Progress& progress) {
   const std::unique_ptr<FrameReader> reader = camera.open();
   std::vector<Frame> batch;
   std::size_t done = 0;
@@ -81,7 +81,7 @@ void write_pictures(const CameraStream& camera, const fs::path& folder, int thre
     }
     parallel_for(static_cast<int>(batch.size()), threads, [&](int i) {
       const Frame& frame = batch[static_cast<std::size_t>(i)];
-      write_whole_file(folder / picture_name(frame.stamp), to_png(frame.image));
+      into.write(folder + picture_name(frame.stamp), to_png(frame.image));
     });
     done += batch.size();
     if (progress) progress(static_cast<double>(done) / static_cast<double>(camera.size()));
@@ -110,7 +110,7 @@ void write_asl(const Recording& recording, const NewFolder& into, int threads, c
     into.write(folder + "data.csv", csv);
     if (!camera.exposures_s.empty()) into.write(folder + "exposure.csv", exposures);
     into.write(folder + "sensor.yaml", camera_yaml(camera));
-    write_pictures(camera, into.path() / folder / "data", threads, progress);
+    write_pictures(camera, into, folder + "data/", threads, progress);
   }
 }
 

@@ -86,10 +86,11 @@ ConvertTo convert_to(const std::string& name) {
   const std::string ending = std::filesystem::path(name).extension().string();
   if (ending == ".mcap") return ConvertTo::mcap;
   if (ending == ".bag") return ConvertTo::ros1_bag;
+  if (ending == ".db3") return ConvertTo::db3;
   if (ending == ".csv") return ConvertTo::csv;
   if (ending.empty()) return ConvertTo::asl;
   throw Error("takt does not write " + ending, name,
-              "it writes .mcap, .bag, .csv (one IMU), and without an ending an ASL folder");
+              "it writes .mcap, .bag, .db3, .csv (one IMU), and without an ending an ASL folder");
 }
 
 Written convert(const ConvertJob& job) {
@@ -99,6 +100,8 @@ Written convert(const ConvertJob& job) {
       return write_mcap(recording, job.out);
     case ConvertTo::ros1_bag:
       return write_ros1_bag(recording, job.out);
+    case ConvertTo::db3:
+      return write_db3(recording, job.out);
     case ConvertTo::csv:
       return to_csv(recording, job);
     case ConvertTo::asl:

@@ -9,8 +9,8 @@
 /// `takt convert`: a recording's IMUs and cameras in another format.
 namespace takt {
 
-enum class ConvertTo { mcap, ros1_bag, asl, csv };
-/// By a name's ending: .mcap, .bag, .csv; without one it is an ASL folder. Throws takt::Error for other endings.
+enum class ConvertTo { mcap, ros1_bag, db3, asl, csv };
+/// By a name's ending: .mcap, .bag, .db3, .csv; without one it is an ASL folder. Throws takt::Error for other endings.
 [[nodiscard]] ConvertTo convert_to(const std::string& name);
 
 struct ConvertJob {
@@ -23,7 +23,8 @@ struct ConvertJob {
   std::function<void(double)> progress;
 };
 
-/// Stamps, rates and accelerations are the same bit by bit, pictures the same grey. Throws takt::Error.
+/// Stamps, rates and accelerations are the same bit by bit; so are pictures, and if not they have the same grey. Throws
+/// takt::Error.
 [[nodiscard]] Written convert(const ConvertJob& job);
 
 }  // namespace takt

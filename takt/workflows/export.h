@@ -11,6 +11,7 @@ namespace takt {
 struct ExportJob {
   Estimate result;
   std::string as;          ///< a name of export_names()
+  std::string sensor;      ///< which of the result's sensors; empty: the first
   std::string intrinsics;  ///< camera file that adds what the result does not have; may be empty
 };
 struct ExportOutcome {

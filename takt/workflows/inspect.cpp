@@ -3,6 +3,7 @@
 
 #include "takt/recording/gateware.h"
 #include "takt/recording/open_recording.h"
+#include "takt/recording/recorded_times.h"
 
 namespace takt {
 
@@ -25,6 +26,15 @@ Inspection inspect(const std::string& path, const OpenOptions& options) {
   const Recording recording = open_recording(path, options);
   Inspection out{recording.path, recording.format, audit(recording), recording.notes};
   if (recording.format == "gateware capture") add_pulses(path, out.streams);
+  return out;
+}
+
+Inspection inspect_index(const std::string& path) {
+  Inspection out{path, "index", {}, {}};
+  for (const RecordedTimes& topic : recorded_times(path))
+    out.streams.push_back({topic.channel.topic, topic.channel.type, "recorder", audit(topic.times), {}});
+  out.notes.emplace_back(
+      "times are the recorder's, from the index; the sensors' own stamps, units and pictures were not looked at");
   return out;
 }
 
