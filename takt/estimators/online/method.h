@@ -29,11 +29,20 @@ struct BearingFrame {
   bool observable = true;  ///< the motion tells the offset; else the method must hold it
 };
 
+/// Offset and drift of two clocks that run apart, with their covariance.
+struct OffsetAndDrift {
+  double offset_s = 0, drift = 0;
+  double offset_variance = 0, covariance = 0, drift_variance = 0;
+};
+
 /// What is known of a camera's clock, and how well.
 struct OffsetBelief {
   double offset_s = 0;
   double sigma_s = 0;
-  double drift = 0;  ///< s/s; 0 unless the data ask for one
+  /// What a usual drift, had the clocks one, would make this answer miss by without having shown yet. 0 once it would.
+  double hidden_drift_s = 0;
+  OffsetAndDrift apart;  ///< if the clocks do run apart
+  double drift = 0;      ///< s/s; 0 unless the data ask for one
   double drift_sigma = 0;
   double line_delay_s = 0;
   double line_delay_sigma_s = 0;
@@ -48,6 +57,7 @@ struct FirstMotion {
   struct Camera {
     double offset_s = 0, offset_sigma_s = 0;
     double drift = 0;
+    double drift_sigma = 0;  ///< 0: as far as clocks run apart before there are data
     double line_delay_s = 0, line_delay_sigma_s = 0;
     double pixel_sigma = 1;
     double half_readout_s = 0;  ///< 0 for a global shutter

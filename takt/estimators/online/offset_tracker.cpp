@@ -318,8 +318,12 @@ struct OffsetTracker::State {
     }
     FirstMotion start = *found.motion;
     start.covariance *= start_loosened * start_loosened;
-    for (auto& c : start.cameras) c.offset_sigma_s *= start_loosened;
     for (std::size_t c = 0; c < cameras.size(); ++c) {
+      // Stamps were taken as exact: what they share of their jitter the offset has.
+      double& sigma_s = start.cameras[c].offset_sigma_s;
+      const auto taken = std::ranges::count_if(frames, [c](const BearingFrame* f) { return f->camera == c; });
+      sigma_s = start_loosened *
+                std::hypot(sigma_s, cameras[c].watch.jitter_s() / std::sqrt(std::max(1.0, static_cast<double>(taken))));
       // Where the features' noise is not known, it is what they miss the first motion by.
       if (!rig.cameras[c].pixel_sigma) cameras[c].pixel_sigma *= std::clamp(found.misfit, 0.2, 3.0);
       start.cameras[c].pixel_sigma = cameras[c].pixel_sigma;
@@ -409,6 +413,10 @@ struct OffsetTracker::State {
       last_belief[c] = method->belief(c);
       if (!std::isfinite(last_belief[c].offset_s)) continue;
       known.cameras[c].offset_s = last_belief[c].offset_s;
+      // The crystals stay the same.
+      if (proven)
+        known.cameras[c].drift = last_belief[c].apart.drift,
+        known.cameras[c].drift_sigma = std::sqrt(last_belief[c].apart.drift_variance);
       known.cameras[c].offset_sigma_s = offsets_too ? 0.02 : std::clamp(5 * last_belief[c].sigma_s, 1e-3, 0.02);
     }
     t_lost_s = t_motion_s;
@@ -469,6 +477,10 @@ struct OffsetTracker::State {
         weak("seconds of followed corners only: their errors persist from picture to picture, which σ does not know");
       if (t_motion_s - t_doubted_s < doubted_for_s)
         weak("the latest frames do not fit the offset: it may have stepped");
+      // Beyond 2 σ: what else the answer may be off by is to fit into the other two.
+      if (b.hidden_drift_s > 2 * sigma)
+        weak(fmt::format("whether the clocks run apart is not known yet: if they do, the offset may be off by {}",
+                         rounded_time_words(b.hidden_drift_s)));
       if (method->misfit() > 2.5)
         weak(fmt::format("the features misfit {:.1f}-fold: the model misses something", std::sqrt(method->misfit())));
     } else {

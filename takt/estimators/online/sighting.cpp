@@ -139,7 +139,7 @@ std::optional<Observed> observe(const Sighting& z, const Clone& clone, const Ext
   return o;
 }
 
-std::optional<Landmark> triangulate(std::span<const SeenFrom> seen, double* rms_px) {
+std::optional<Landmark> triangulate(std::span<const SeenFrom> seen, double* rms_px, Mat3* covariance) {
   if (seen.size() < 2) return std::nullopt;
   const SeenFrom& anchor = seen[seen.size() / 2];
   Landmark l;
@@ -202,8 +202,8 @@ std::optional<Landmark> triangulate(std::span<const SeenFrom> seen, double* rms_
     l = next, here = there, damping *= 0.1;
     if (settled) break;
   }
-  const double cost = here->cost;
-  if (rms_px) *rms_px = std::sqrt(cost / (2.0 * static_cast<double>(seen.size())));
+  if (rms_px) *rms_px = std::sqrt(here->cost / (2.0 * static_cast<double>(seen.size())));
+  if (covariance) *covariance = (here->A + 1e-9 * here->A.trace() * Mat3::Identity()).inverse();
   return l;
 }
 

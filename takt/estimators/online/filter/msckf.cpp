@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "takt/estimators/online/frame_slip.h"
 #include "takt/motion/trajectory.h"
 
 namespace takt::online {
@@ -74,7 +73,7 @@ void Msckf::start(const FirstMotion& first) {
     c.pixel_sigma = from.pixel_sigma * (c.sigma_known ? 1 : measured_widened);
     c.intrinsics.setZero();
     P_(c.at_offset, c.at_offset) = from.offset_sigma_s * from.offset_sigma_s;
-    const double drift_sigma = 1e-6 * options_.drift_sigma_ppm;
+    const double drift_sigma = from.drift_sigma > 0 ? from.drift_sigma : 1e-6 * options_.drift_sigma_ppm;
     P_(c.at_drift, c.at_drift) = drift_sigma * drift_sigma;
     if (c.at_line_delay >= 0) P_(c.at_line_delay, c.at_line_delay) = from.line_delay_sigma_s * from.line_delay_sigma_s;
     if (c.at_extrinsics >= 0) {
@@ -101,7 +100,9 @@ FrameReport Msckf::observe(const BearingFrame& frame, const ImuHistory& imu) {
     return report;
   }
   clone(frame, imu);
-  if (frame.observable) step_watch_.observe_slip(slip(frame, imu));
+  if (frame.observable)
+    step_watch_.observe_slip(slip(frame, imu),
+                             std::hypot(frame.stamp_sigma_s, std::sqrt(P_(c.at_offset, c.at_offset))));
   follow(frame);
   use_features(frame);
   report.doubt = step_watch_.doubt();
@@ -179,8 +180,8 @@ void Msckf::follow(const BearingFrame& frame) {
 }
 
 /// Of the frame that has just been cloned, by some of the points that were followed up to it.
-double Msckf::slip(const BearingFrame& frame, const ImuHistory& imu) const {
-  constexpr std::size_t enough = 40, best_known = 5;
+FrameSlip Msckf::slip(const BearingFrame& frame, const ImuHistory& imu) const {
+  constexpr std::size_t enough = 150, best_known = 5;
   const Camera& c = cameras_[frame.camera];
   const auto& tracks = tracks_[frame.camera];
   Eigen::Matrix<double, 6, 1> pose_per_s;
@@ -190,14 +191,15 @@ double Msckf::slip(const BearingFrame& frame, const ImuHistory& imu) const {
   for (const SeenFeature& f : frame.features) {
     const auto track = tracks.find(f.id);
     if (track == tracks.end() || track->second.seen.size() < best_known) continue;
-    const auto landmark = triangulate(sightings(frame.camera, track->second));
+    Mat3 point;
+    const auto landmark = triangulate(sightings(frame.camera, track->second), nullptr, &point);
     if (!landmark) continue;
     const auto o = online::observe(f.sighting, clones_.back().clone, c.extrinsics, c.line_delay_s, *landmark, false);
     if (!o) continue;
-    slip.add(*o, pose_per_s, c.pixel_sigma);
+    slip.add(*o, pose_per_s, c.pixel_sigma, c.pixel_sigma * c.pixel_sigma * point);
     if (++used == enough) break;
   }
-  return slip.sigmas(frame.stamp_sigma_s);
+  return slip;
 }
 
 void Msckf::use_features(const BearingFrame& frame) {

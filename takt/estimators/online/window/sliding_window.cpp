@@ -7,7 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include "takt/estimators/online/frame_slip.h"
 #include "takt/motion/trajectory.h"
 
 namespace takt::online {
@@ -15,8 +14,9 @@ namespace takt::online {
 namespace {
 
 constexpr std::size_t window_states = 12;
-/// A camera's frames closer than this to its one before are passed over: the window shall span a second.
-constexpr double least_spacing_s = 0.07;
+/// A camera's frames closer than this to its one before are passed over: the window shall span a second. Unless the rig
+/// turns so fast that points would be lost before they have been seen often enough.
+constexpr double least_spacing_s = 0.07, most_turn_rad = 0.12;
 /// Another camera's frame so near to a state is its; else it gets a state of its own.
 constexpr double same_instant_s = 0.005;
 constexpr std::size_t fewest_sightings = 3, most_active = 70;
@@ -25,6 +25,8 @@ constexpr double huber = 2.5;  ///< σ
 constexpr double extrinsic_turn_sigma = 5e-3, extrinsic_shift_sigma = 5e-3, intrinsics_sigma_px = 5;
 constexpr double still_speed_sigma = 0.01, still_gyro_sigma = 1e-3;
 constexpr double recentre_s = 5e-4;
+/// A frame of a motion that does not tell the offset is fitted as if its stamp might be off by this.
+constexpr double unheeded_stamp_s = 0.05;
 
 /// Offsets in ms and drifts in ppm inside the system, so that its entries are of like size.
 constexpr double ms = 1e-3, ppm = 1e-6;
@@ -95,7 +97,8 @@ void SlidingWindow::start(const FirstMotion& first) {
     s.clocks.push_back({from.offset_s, from.drift, 0});
     const int at = border_ + motion_size + clock_size * static_cast<int>(i);
     prior_.H(at + at_offset, at + at_offset) = squared(ms / from.offset_sigma_s);
-    prior_.H(at + at_drift, at + at_drift) = squared(1 / options_.drift_sigma_ppm);
+    const double drift_sigma = from.drift_sigma > 0 ? from.drift_sigma : ppm * options_.drift_sigma_ppm;
+    prior_.H(at + at_drift, at + at_drift) = squared(ppm / drift_sigma);
     auto diagonal = prior_.H.diagonal();
     if (c.at_line_delay >= 0) diagonal[c.at_line_delay] = squared(1 / std::max(from.line_delay_sigma_s, 1e-9));
     if (c.at_extrinsics >= 0) {
@@ -103,8 +106,7 @@ void SlidingWindow::start(const FirstMotion& first) {
       diagonal.segment<3>(c.at_extrinsics + 3).setConstant(squared(1 / extrinsic_shift_sigma));
     }
     if (c.at_intrinsics >= 0) diagonal.segment<4>(c.at_intrinsics).setConstant(squared(1 / intrinsics_sigma_px));
-    covariances_[i] = {from.offset_s, from.drift, squared(from.offset_sigma_s), 0,
-                       squared(ppm * options_.drift_sigma_ppm)};
+    covariances_[i] = {from.offset_s, from.drift, squared(from.offset_sigma_s), 0, squared(drift_sigma)};
     beliefs_[i] = {};
     beliefs_[i].offset_s = from.offset_s, beliefs_[i].sigma_s = from.offset_sigma_s;
     beliefs_[i].line_delay_s = from.line_delay_s, beliefs_[i].line_delay_sigma_s = from.line_delay_sigma_s;
@@ -129,7 +131,8 @@ FrameReport SlidingWindow::observe(const BearingFrame& frame, const ImuHistory& 
   const auto taken = [&](const Shot& shot) { return shot.camera == frame.camera; };
   const bool joins = std::abs(dt_s) < same_instant_s && std::ranges::none_of(states_.back().shots, taken);
   double& last_taken_s = last_taken_s_[frame.camera];
-  if (frame.t_s - last_taken_s < least_spacing_s || (!joins && !(dt_s > 0))) return report;
+  if (!joins && !(dt_s > 0)) return report;
+  if (frame.t_s - last_taken_s < least_spacing_s && !turned_far(t_s, imu)) return report;
   last_taken_s = frame.t_s;
   if (!joins) add_state(t_s, imu);
   report.used = true;
@@ -143,7 +146,9 @@ FrameReport SlidingWindow::observe(const BearingFrame& frame, const ImuHistory& 
     states_.back().still = true;
   } else {
     add_shot(frame, imu);
-    if (frame.observable) step_watch_.observe_slip(slip(frame));
+    if (frame.observable)
+      step_watch_.observe_slip(slip(frame),
+                               std::hypot(frame.stamp_sigma_s, std::sqrt(covariances_[frame.camera].offset_variance)));
     follow(frame);
   }
   solve(imu);
@@ -160,6 +165,14 @@ FrameReport SlidingWindow::observe(const BearingFrame& frame, const ImuHistory& 
   report.stepped = std::exchange(stepped_, false);
   report.lost = broken_ || misfit_ > 10;
   return report;
+}
+
+/// Since the newest state.
+bool SlidingWindow::turned_far(double t_s, const ImuHistory& imu) const {
+  const State& from = states_.back();
+  if (!(t_s > from.t_s)) return false;
+  return log_so3(increment(imu, from.t_s, t_s, from.motion.gyro_bias, from.motion.accel_bias).dR).norm() >
+         most_turn_rad;
 }
 
 void SlidingWindow::add_state(double t_s, const ImuHistory& imu) {
@@ -181,7 +194,9 @@ void SlidingWindow::add_state(double t_s, const ImuHistory& imu) {
 void SlidingWindow::add_shot(const BearingFrame& frame, const ImuHistory& imu) {
   const Camera& c = cameras_[frame.camera];
   State& s = states_.back();
-  Shot shot{next_shot_++, frame.camera, frame.t_s, frame.stamp_sigma_s, frame.observable, {}};
+  const double stamp_sigma_s =
+      frame.observable ? frame.stamp_sigma_s : std::hypot(frame.stamp_sigma_s, unheeded_stamp_s);
+  Shot shot{next_shot_++, frame.camera, frame.t_s, stamp_sigma_s, {}};
   if (c.line_delay_s != 0 || c.free_line_delay) {
     const double half_s = 0.5 * c.rows * std::max(std::abs(c.line_delay_s), c.free_line_delay ? 1e-4 : 0.0);
     shot.readout = ReadoutMotion(imu, s.motion, s.t_s, half_s);
@@ -190,7 +205,7 @@ void SlidingWindow::add_shot(const BearingFrame& frame, const ImuHistory& imu) {
 }
 
 /// Of the newest frame, before anything is fitted to it.
-double SlidingWindow::slip(const BearingFrame& frame) const {
+FrameSlip SlidingWindow::slip(const BearingFrame& frame) const {
   const Camera& c = cameras_[frame.camera];
   const State& s = states_.back();
   Eigen::Matrix<double, 6, 1> pose_per_s;
@@ -201,9 +216,9 @@ double SlidingWindow::slip(const BearingFrame& frame) const {
     const auto track = tracks_[frame.camera].find(f.id);
     if (track == tracks_[frame.camera].end() || !track->second.active) continue;
     const auto o = online::observe(f.sighting, clone, c.extrinsics, c.line_delay_s, track->second.landmark, false);
-    if (o) slip.add(*o, pose_per_s, c.pixel_sigma);
+    if (o) slip.add(*o, pose_per_s, c.pixel_sigma, track->second.elimination.covariance);
   }
-  return slip.sigmas(frame.stamp_sigma_s);
+  return slip;
 }
 
 void SlidingWindow::follow(const BearingFrame& frame) {
@@ -529,11 +544,9 @@ bool SlidingWindow::add_track(std::size_t camera, Track& track, Normals& n) cons
     if (c.at_intrinsics >= 0) J_own.middleCols<4>(c.at_intrinsics - first_own) = scale * to_intrinsics;
     Eigen::Matrix<double, 2, per_sighting> J;
     J.leftCols<6>() = scale * o->pose;
-    J.col(6).setZero(), J.col(7).setZero();
-    if (shot->tells_offset) {
-      J.col(6) = (scale * ms) * by_time;
-      if (shot->stamp_sigma_s > 0) J.col(7) = J.col(6);
-    }
+    J.col(6) = (scale * ms) * by_time;
+    J.col(7).setZero();
+    if (shot->stamp_sigma_s > 0) J.col(7) = J.col(6);
     const Mat2x3 L = scale * o->landmark;
     H_ll.noalias() += weight * L.transpose() * L;
     g_l.noalias() += weight * L.transpose() * r;
@@ -552,6 +565,7 @@ bool SlidingWindow::add_track(std::size_t camera, Track& track, Normals& n) cons
   const Mat3 inverse = H_ll.inverse();
   e.gain.noalias() = inverse * H_lx;
   e.lead = inverse * g_l;
+  e.covariance = inverse;
   H.noalias() -= H_lx.transpose() * e.gain;
   g.noalias() -= H_lx.transpose() * e.lead;
   for (int q = 0; q < columns; ++q) {
