@@ -47,7 +47,14 @@ struct OffsetBelief {
   double line_delay_s = 0;
   double line_delay_sigma_s = 0;
   Extrinsics extrinsics;
+  /// Of the mounting's rotation (in the camera's frame, rad) and position (m); 0 where it is kept as given.
+  Vec3 turn_sigma = Vec3::Zero(), shift_sigma = Vec3::Zero();
+  /// fx, fy, cx, cy less the given ones (px); sigmas 0 where they are kept as given.
+  Eigen::Vector4d intrinsics = Eigen::Vector4d::Zero(), intrinsics_sigma = Eigen::Vector4d::Zero();
 };
+
+/// How well intrinsics are known that are to be refined.
+constexpr double intrinsics_sigma_px = 5;
 
 /// Where to start: the motion at an IMU time, how sure it is, and what is known of each camera.
 struct FirstMotion {
@@ -60,7 +67,9 @@ struct FirstMotion {
     double drift_sigma = 0;  ///< 0: as far as clocks run apart before there are data
     double line_delay_s = 0, line_delay_sigma_s = 0;
     double pixel_sigma = 1;
-    double half_readout_s = 0;  ///< 0 for a global shutter
+    double half_readout_s = 0;                             ///< 0 for a global shutter
+    Eigen::Vector4d intrinsics = Eigen::Vector4d::Zero();  ///< fx, fy, cx, cy less the given ones (px)
+    double intrinsics_sigma_px = 0;                        ///< 0: they are kept as given
     Extrinsics extrinsics;
   };
   std::vector<Camera> cameras;

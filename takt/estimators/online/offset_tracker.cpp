@@ -126,6 +126,7 @@ struct OffsetTracker::State {
       known_camera.line_delay_s = from.timing.line_delay_s();
       known_camera.half_readout_s = from.timing.readout_s != 0 ? cameras[c].half_readout_s : 0;
       known_camera.line_delay_sigma_s = options.line_delay ? 2e-5 : 0;
+      known_camera.intrinsics_sigma_px = options.refine_intrinsics ? intrinsics_sigma_px : 0;
       known_camera.extrinsics.R_imu_cam = from.T_imu_cam.topLeftCorner<3, 3>();
       known_camera.extrinsics.p_imu_cam = from.T_imu_cam.topRightCorner<3, 1>();
       known.cameras.push_back(known_camera);
@@ -413,7 +414,8 @@ struct OffsetTracker::State {
       last_belief[c] = method->belief(c);
       if (!std::isfinite(last_belief[c].offset_s)) continue;
       known.cameras[c].offset_s = last_belief[c].offset_s;
-      // The crystals stay the same.
+      // The lens and the crystals stay the same.
+      if (proven && last_belief[c].intrinsics.allFinite()) known.cameras[c].intrinsics = last_belief[c].intrinsics;
       if (proven)
         known.cameras[c].drift = last_belief[c].apart.drift,
         known.cameras[c].drift_sigma = std::sqrt(last_belief[c].apart.drift_variance);
@@ -579,6 +581,18 @@ Estimate OffsetTracker::result(std::size_t camera) const {
   T.topLeftCorner<3, 3>() = b.extrinsics.R_imu_cam;
   T.topRightCorner<3, 1>() = b.extrinsics.p_imu_cam;
   e.T_reference_sensor = T;
+  if (b.turn_sigma.maxCoeff() > 0) {
+    const Vec3 turn = log_so3(Quat(b.extrinsics.R_imu_cam).normalized());
+    for (int i = 0; i < 3; ++i)
+      e.extras.push_back({fmt::format("rotation_{}_rad", "xyz"[i]), turn[i], b.turn_sigma[i]});
+    for (int i = 0; i < 3; ++i)
+      e.extras.push_back({fmt::format("translation_{}_m", "xyz"[i]), b.extrinsics.p_imu_cam[i], b.shift_sigma[i]});
+  }
+  if (b.intrinsics_sigma.maxCoeff() > 0) {
+    const double given[] = {of.model.fx, of.model.fy, of.model.cx, of.model.cy};
+    const char* const names[] = {"fx_px", "fy_px", "cx_px", "cy_px"};
+    for (int i = 0; i < 4; ++i) e.extras.push_back({names[i], given[i] + b.intrinsics[i], b.intrinsics_sigma[i]});
+  }
   const auto counted = state_->counted;
   e.extras.push_back({"frames", static_cast<double>(counted.frames), std::nullopt});
   e.extras.push_back({"starts", static_cast<double>(counted.starts), std::nullopt});

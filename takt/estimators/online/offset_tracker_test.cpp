@@ -22,13 +22,20 @@ HandheldOptions options(const char* motion, double duration_s, std::uint64_t see
   return o;
 }
 
-OffsetTracker tracker_for(const Recording& r, const TrackingOptions& how = {}) {
+TrackingRig rig_of(const Recording& r) {
   TrackingRig rig;
   rig.imu_name = r.imus.front().name;
   rig.imu_noise = r.imus.front().noise;
   for (const TrackStream& t : r.tracks)
     rig.cameras.push_back({t.name, t.model, t.timing, *t.T_body_cam, t.pixel_sigma});
+  return rig;
+}
+
+OffsetTracker tracker_for(const TrackingRig& rig, const TrackingOptions& how) {
   return OffsetTracker(rig, how, [](const TrackStream& t) { return track_rotation(t); });
+}
+OffsetTracker tracker_for(const Recording& r, const TrackingOptions& how = {}) {
+  return tracker_for(rig_of(r), how);
 }
 
 /// Everything in order of its stamp; `spoil` may change samples on the way.
@@ -111,6 +118,84 @@ TEST_P(TrackingLaws, EachCameraHasItsOwn) {
   const double sigma = std::hypot(*left.sigma_s, *right.sigma_s);
   EXPECT_NEAR(to_seconds(*right.offset - *left.offset), 0.004, 4 * sigma);
   EXPECT_LT(sigma, 5e-4);
+}
+
+double extra(const Estimate& e, const std::string& name, double* sigma) {
+  for (const Extra& x : e.extras)
+    if (x.name == name) {
+      *sigma = *x.sigma;
+      return x.value;
+    }
+  ADD_FAILURE() << "there is no " << name;
+  return 0;
+}
+
+TEST_P(TrackingLaws, FindsTheLineDelayWhenAsked) {
+  HandheldOptions o = options("handheld", 8, 21);
+  o.camera.readout_s = 0.025;
+  const SimulatedRecording made = simulate_handheld(o);
+  TrackingRig rig = rig_of(made.recording);
+  const double truth_s = rig.cameras[0].timing.line_delay_s();
+  rig.cameras[0].timing.readout_s = 0.019;
+  TrackingOptions asked = how();
+  asked.line_delay = true;
+  OffsetTracker tracker = tracker_for(rig, asked);
+  feed(tracker, made.recording);
+  const Estimate e = tracker.result();
+  ASSERT_TRUE(e.answered() && e.line_delay_sigma_s);
+  EXPECT_LT(*e.line_delay_sigma_s, 1e-6);
+  EXPECT_LT(std::abs(*e.line_delay_s - truth_s), 4 * *e.line_delay_sigma_s);
+  EXPECT_LT(std::abs(error_s(e, made)), 4 * *e.sigma_s);
+}
+
+TEST_P(TrackingLaws, FindsTheMounting) {
+  const SimulatedRecording made = simulate_handheld(options("handheld", 8, 22));
+  TrackingRig rig = rig_of(made.recording);
+  const Mat4 truth = rig.cameras[0].T_imu_cam;
+  const Vec3 turned(5e-3, -6e-3, 4e-3);
+  rig.cameras[0].T_imu_cam.topLeftCorner<3, 3>() *= exp_so3(turned).toRotationMatrix();
+  OffsetTracker tracker = tracker_for(rig, how());
+  feed(tracker, made.recording);
+  const Estimate e = tracker.result();
+  ASSERT_TRUE(e.answered() && e.T_reference_sensor);
+  const Mat3 off = truth.topLeftCorner<3, 3>().transpose() * e.T_reference_sensor->topLeftCorner<3, 3>();
+  const Vec3 turn = log_so3(Quat(off).normalized());
+  const char* const names[] = {"rotation_x_rad", "rotation_y_rad", "rotation_z_rad"};
+  for (int i = 0; i < 3; ++i) {
+    double sigma = 0;
+    (void)extra(e, names[i], &sigma);
+    EXPECT_LT(sigma, 1.5e-3);
+    EXPECT_LT(std::abs(turn[i]), 4 * sigma) << i;
+  }
+  EXPECT_LT(std::abs(error_s(e, made)), 4 * *e.sigma_s);
+}
+
+TEST_P(TrackingLaws, FindsTheIntrinsicsWhenAsked) {
+  const SimulatedRecording made = simulate_handheld(options("handheld", 8, 23));
+  TrackingRig rig = rig_of(made.recording);
+  const CameraModel truth = rig.cameras[0].model;
+  CameraModel& given = rig.cameras[0].model;
+  given.fx += 5, given.fy += 3, given.cx -= 4, given.cy += 4;
+  TrackingOptions asked = how();
+  asked.refine_intrinsics = true;
+  OffsetTracker tracker = tracker_for(rig, asked);
+  feed(tracker, made.recording);
+  const Estimate e = tracker.result();
+  ASSERT_TRUE(e.answered());
+  EXPECT_LT(std::abs(error_s(e, made)), 4 * *e.sigma_s);
+  if (GetParam() == "filter") {
+    // It lets them vary for the offset's sake, and claims nothing.
+    for (const Extra& x : e.extras) EXPECT_NE(x.name, "fx_px");
+    return;
+  }
+  const std::pair<const char*, double> known[] = {
+      {"fx_px", truth.fx}, {"fy_px", truth.fy}, {"cx_px", truth.cx}, {"cy_px", truth.cy}};
+  for (const auto& [name, value] : known) {
+    double sigma = 0;
+    const double found = extra(e, name, &sigma);
+    EXPECT_LT(sigma, 2) << name;
+    EXPECT_LT(std::abs(found - value), 4 * sigma) << name;
+  }
 }
 
 TEST_P(TrackingLaws, RefusesWhatDoesNotTell) {

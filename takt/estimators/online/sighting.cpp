@@ -68,6 +68,12 @@ std::optional<Sighting> see(const CameraModel& model, const Vec2& pixel) {
   return z;
 }
 
+Mat2x4 to_intrinsics(const Sighting& z) {
+  Mat2x4 out;
+  out << z.from_centre.x(), 0, 1, 0, 0, z.from_centre.y(), 0, 1;
+  return out;
+}
+
 ReadoutMotion::ReadoutMotion(const ImuHistory& imu, const Motion& middle, double t_s, double half_s) {
   constexpr double longest_step_s = 2e-3;
   const int half_steps = std::max(1, static_cast<int>(std::ceil(half_s / longest_step_s)));

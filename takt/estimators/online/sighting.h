@@ -24,6 +24,9 @@ struct Sighting {
   Vec2 from_centre{0, 0};       ///< (u − cx)/fx, (v − cy)/fy: what a change of focal length moves
 };
 
+/// Derivative of a sighting's residual to the true fx, fy, cx, cy less the given ones.
+[[nodiscard]] Mat2x4 to_intrinsics(const Sighting& z);
+
 /// Nothing where the camera model has no bearing.
 [[nodiscard]] std::optional<Sighting> see(const CameraModel& model, const Vec2& pixel);
 

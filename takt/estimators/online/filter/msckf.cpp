@@ -15,7 +15,6 @@ namespace {
 constexpr std::size_t clones_of_first = 16, clones_of_others = 10;
 constexpr std::size_t fewest_sightings = 3;
 constexpr double extrinsic_turn_sigma = 5e-3, extrinsic_shift_sigma = 5e-3;
-constexpr double intrinsics_sigma_px = 5;
 /// A followed corner's error persists from picture to picture, which its scatter does not show.
 constexpr double measured_widened = 1.5;
 constexpr double still_speed_sigma = 0.01;
@@ -71,7 +70,7 @@ void Msckf::start(const FirstMotion& first) {
     c.offset_s = from.offset_s, c.drift = from.drift, c.line_delay_s = from.line_delay_s;
     c.extrinsics = from.extrinsics;
     c.pixel_sigma = from.pixel_sigma * (c.sigma_known ? 1 : measured_widened);
-    c.intrinsics.setZero();
+    c.intrinsics = from.intrinsics;
     P_(c.at_offset, c.at_offset) = from.offset_sigma_s * from.offset_sigma_s;
     const double drift_sigma = from.drift_sigma > 0 ? from.drift_sigma : 1e-6 * options_.drift_sigma_ppm;
     P_(c.at_drift, c.at_drift) = drift_sigma * drift_sigma;
@@ -276,11 +275,9 @@ void Msckf::gather(std::size_t camera, const Track& track, Gathered& all) {
     if (c.at_line_delay >= 0) H.block<2, 1>(row, 0) = scale * o->line_delay;
     if (c.at_extrinsics >= 0) H.block<2, 6>(row, c.at_extrinsics - c.at_drift - 1) = scale * o->extrinsics;
     if (c.at_intrinsics >= 0) {
-      const Vec2& xy = seen[k].sighting->from_centre;
-      Mat2x4 to_intrinsics;
-      to_intrinsics << xy.x(), 0, 1, 0, 0, xy.y(), 0, 1;
-      H.block<2, 4>(row, c.at_intrinsics - c.at_drift - 1) = scale * to_intrinsics;
-      r.segment<2>(row) -= scale * to_intrinsics * c.intrinsics;
+      const Mat2x4 by_intrinsics = to_intrinsics(*seen[k].sighting);
+      H.block<2, 4>(row, c.at_intrinsics - c.at_drift - 1) = scale * by_intrinsics;
+      r.segment<2>(row) -= scale * by_intrinsics * c.intrinsics;
     }
   }
   project_out(to_landmark, H, r);
@@ -440,6 +437,13 @@ OffsetBelief Msckf::belief(std::size_t camera) const {
   b.line_delay_s = c.line_delay_s;
   if (c.at_line_delay >= 0) b.line_delay_sigma_s = std::sqrt(P_(c.at_line_delay, c.at_line_delay));
   b.extrinsics = c.extrinsics;
+  // Intrinsics serve the offset only: they also take up what one triangulation of noisy points leaves, which no sigma
+  // of theirs knows of. The window tells them.
+  b.intrinsics = c.intrinsics;
+  if (c.at_extrinsics >= 0) {
+    b.turn_sigma = P_.diagonal().segment<3>(c.at_extrinsics).cwiseSqrt();
+    b.shift_sigma = P_.diagonal().segment<3>(c.at_extrinsics + 3).cwiseSqrt();
+  }
   believe({c.offset_s, c.drift, P_(c.at_offset, c.at_offset), P_(c.at_offset, c.at_drift), P_(c.at_drift, c.at_drift)},
           1e-6 * options_.drift_sigma_ppm, b);
   return b;

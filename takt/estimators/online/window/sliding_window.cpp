@@ -22,7 +22,7 @@ constexpr double same_instant_s = 0.005;
 constexpr std::size_t fewest_sightings = 3, most_active = 70;
 constexpr int most_iterations = 4;
 constexpr double huber = 2.5;  ///< σ
-constexpr double extrinsic_turn_sigma = 5e-3, extrinsic_shift_sigma = 5e-3, intrinsics_sigma_px = 5;
+constexpr double extrinsic_turn_sigma = 5e-3, extrinsic_shift_sigma = 5e-3;
 constexpr double still_speed_sigma = 0.01, still_gyro_sigma = 1e-3;
 constexpr double recentre_s = 5e-4;
 /// A frame of a motion that does not tell the offset is fitted as if its stamp might be off by this.
@@ -93,7 +93,7 @@ void SlidingWindow::start(const FirstMotion& first) {
     const FirstMotion::Camera& from = first.cameras.at(i);
     c.extrinsics = from.extrinsics;
     c.line_delay_s = from.line_delay_s;
-    c.intrinsics.setZero();
+    c.intrinsics = from.intrinsics;
     s.clocks.push_back({from.offset_s, from.drift, 0});
     const int at = border_ + motion_size + clock_size * static_cast<int>(i);
     prior_.H(at + at_offset, at + at_offset) = squared(ms / from.offset_sigma_s);
@@ -529,9 +529,8 @@ bool SlidingWindow::add_track(std::size_t camera, Track& track, Normals& n) cons
       by_time = seen.velocity;
       r += shift_of(s, *shot) * seen.velocity;
     }
-    Eigen::Matrix<double, 2, 4> to_intrinsics;
-    to_intrinsics << seen.sighting.from_centre.x(), 0, 1, 0, 0, seen.sighting.from_centre.y(), 0, 1;
-    if (c.at_intrinsics >= 0) r += to_intrinsics * c.intrinsics;
+    const Mat2x4 by_intrinsics = to_intrinsics(seen.sighting);
+    if (c.at_intrinsics >= 0) r += by_intrinsics * c.intrinsics;
     r *= scale;
     const double length = r.norm();
     const double weight = length > huber ? huber / length : 1;
@@ -541,7 +540,7 @@ bool SlidingWindow::add_track(std::size_t camera, Track& track, Normals& n) cons
     Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 11> J_own(2, own);
     if (c.at_line_delay >= 0) J_own.col(0) = scale * (o->line_delay + c.rows_to_middle * by_time);
     if (c.at_extrinsics >= 0) J_own.middleCols<6>(c.at_extrinsics - first_own) = scale * o->extrinsics;
-    if (c.at_intrinsics >= 0) J_own.middleCols<4>(c.at_intrinsics - first_own) = scale * to_intrinsics;
+    if (c.at_intrinsics >= 0) J_own.middleCols<4>(c.at_intrinsics - first_own) = scale * by_intrinsics;
     Eigen::Matrix<double, 2, per_sighting> J;
     J.leftCols<6>() = scale * o->pose;
     J.col(6) = (scale * ms) * by_time;
@@ -646,10 +645,18 @@ void SlidingWindow::learn_beliefs(const Normals& normals) {
     const Clock& k = states_.back().clocks[i];
     covariances_[i] = {k.offset_s, k.drift, ms * ms * columns(at + at_offset, 0), ms * ppm * columns(at + at_drift, 0),
                        ppm * ppm * columns(at + at_drift, 1)};
-    if (const int ld = cameras_[i].at_line_delay; ld >= 0) {
-      Eigen::VectorXd one = Eigen::VectorXd::Unit(size(), ld);
-      beliefs_[i].line_delay_sigma_s = std::sqrt(llt.solve(one)[ld]);
+  }
+  // The border stands first.
+  const Eigen::MatrixXd columns = llt.solve(Eigen::MatrixXd::Identity(size(), border_));
+  const Eigen::VectorXd sigma = columns.topRows(border_).diagonal().cwiseSqrt();
+  for (std::size_t i = 0; i < cameras_.size(); ++i) {
+    const Camera& c = cameras_[i];
+    if (c.at_line_delay >= 0) beliefs_[i].line_delay_sigma_s = sigma[c.at_line_delay];
+    if (c.at_extrinsics >= 0) {
+      beliefs_[i].turn_sigma = sigma.segment<3>(c.at_extrinsics);
+      beliefs_[i].shift_sigma = sigma.segment<3>(c.at_extrinsics + 3);
     }
+    if (c.at_intrinsics >= 0) beliefs_[i].intrinsics_sigma = sigma.segment<4>(c.at_intrinsics);
   }
 }
 
@@ -723,6 +730,7 @@ OffsetBelief SlidingWindow::belief(std::size_t camera) const {
   OffsetBelief b = beliefs_[camera];
   b.line_delay_s = cameras_[camera].line_delay_s;
   b.extrinsics = cameras_[camera].extrinsics;
+  b.intrinsics = cameras_[camera].intrinsics;
   OffsetAndDrift now = covariances_[camera];
   now.offset_s = states_.back().clocks[camera].offset_s, now.drift = states_.back().clocks[camera].drift;
   believe(now, ppm * options_.drift_sigma_ppm, b);
