@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Many simulated recordings a scenario through the online estimator: is the offset right, and is its sigma honest?
 //   accuracy_online [seeds] [method] [scenario...]
+// TAKT_BENCH_SECONDS: how long the recordings are. TAKT_BENCH_LIES=1 lists every answer beyond 3 sigmas.
 #include <fmt/core.h>
 
 #include <algorithm>
