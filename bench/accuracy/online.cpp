@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Many simulated recordings a scenario through the online estimator: is the offset right, and is its sigma honest?
 //   accuracy_online [seeds] [method] [scenario...]
+// TAKT_BENCH_SECONDS: how long the recordings are. TAKT_BENCH_LIES=1 lists every answer beyond 3 sigmas.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -143,6 +144,9 @@ void study(const Scenario& s, int seeds, const std::string& method, double durat
     int outside = 0;
     bool lied = false;
     for (const Told& t : told) {
+      if (std::getenv("TAKT_BENCH_LIES") && std::abs(t.error_s) > 3 * t.sigma_s)
+        fmt::print(stderr, "{} seed {}: after {:.2f} s (at {:.2f}) {:+.4f} ms, sigma {:.4f}, {}\n", s.name, seed,
+                   t.t_s - told.front().t_s, t.t_s, 1e3 * t.error_s, 1e3 * t.sigma_s, to_string(t.verdict));
       if (std::abs(t.error_s) > 1e-3) last_bad = t.t_s;
       if (std::abs(t.error_s) > 3 * t.sigma_s) ++outside;
       if (t.verdict == Verdict::trusted && std::abs(t.error_s) > 4 * t.sigma_s) lied = true;

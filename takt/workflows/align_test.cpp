@@ -8,6 +8,7 @@
 
 #include "takt/recording/files.h"
 #include "takt/recording/open_recording.h"
+#include "tests/euroc.h"
 #include "tests/tools.h"
 
 namespace takt {
@@ -17,27 +18,6 @@ namespace fs = std::filesystem;
 using testing_tools::complaint;
 using testing_tools::real_data;
 using testing_tools::TemporaryFolder;
-
-/// A copy of EuRoC's folder whose cam0 has its stamps moved; the pictures are links.
-std::string with_stamps_moved(const TemporaryFolder& folder, Duration by) {
-  const std::string name = "by" + std::to_string(by.count());
-  const fs::path from = fs::path(real_data("euroc_micro/mav0")), to = fs::path(folder.path()) / name / "mav0";
-  fs::create_directories(to / "cam0");
-  fs::create_symlink(from / "imu0", to / "imu0");
-  fs::create_symlink(from / "cam0/data", to / "cam0/data");
-  fs::create_symlink(from / "cam0/sensor.yaml", to / "cam0/sensor.yaml");
-  std::istringstream rows(read_file((from / "cam0/data.csv").string()));
-  std::string moved, line;
-  while (std::getline(rows, line)) {
-    const auto comma = line.find(',');
-    if (line.starts_with('#') || comma == std::string::npos)
-      moved += line + "\n";
-    else
-      moved += std::to_string(std::stoll(line.substr(0, comma)) + by.count()) + line.substr(comma) + "\n";
-  }
-  const fs::path written = folder.file(name + "/mav0/cam0/data.csv", moved);
-  return written.parent_path().parent_path().parent_path().string();
-}
 
 Estimate aligned(const std::string& path) {
   AlignJob job;
@@ -55,7 +35,7 @@ TEST(AlignRecordings, MovedStampsMoveTheAnswerByExactlyThat) {
   EXPECT_LT(std::abs(to_seconds(*plain.offset)), 4 * *plain.sigma_s);
   for (const double by_ms : {-120.0, -7.3, 33.0, 500.0}) {
     const Duration by = from_seconds(1e-3 * by_ms);
-    const Estimate moved = aligned(with_stamps_moved(folder, by));
+    const Estimate moved = aligned(testing_tools::euroc_with_stamps_moved(folder, by));
     ASSERT_TRUE(moved.answered()) << by_ms << " ms";
     EXPECT_LT(std::abs(to_seconds(*moved.offset + by - *plain.offset)), 0.2e-3) << by_ms << " ms";
     EXPECT_EQ(moved.verdict, plain.verdict) << by_ms << " ms";

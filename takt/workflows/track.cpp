@@ -58,20 +58,22 @@ Feed feed_of(const CameraStream& c, const CameraModel& model) {
           }};
 }
 
-/// The cameras that are followed, the one to answer for first.
+/// The cameras that are followed, the one to answer for first: all that are calibrated, or the one that is named.
 std::vector<Feed> feeds(const Recording& r, const TrackJob& job) {
   std::vector<Feed> out;
   for (const TrackStream& t : r.tracks)
     if (job.sensor.empty() || t.name == job.sensor) out.push_back(feed_of(t));
-  // One camera's pictures are work enough, and tell the offset as well as two.
+  const bool tracks_given = !out.empty();
   for (const CameraStream& c : r.cameras) {
-    if (job.sensor.empty() ? !out.empty() : c.name != job.sensor) continue;
-    if (!job.intrinsics.empty())
-      out.push_back(feed_of(c, read_camera_file(job.intrinsics, c.name)));
-    else if (c.model)
+    if (job.sensor.empty() ? tracks_given : c.name != job.sensor) continue;
+    const bool further = !out.empty();
+    if (!job.intrinsics.empty()) {
+      if (!further) out.push_back(feed_of(c, read_camera_file(job.intrinsics, c.name)));
+    } else if (c.model && (!further || c.T_body_cam)) {
       out.push_back(feed_of(c, *c.model));
-    else
+    } else if (!further) {
       throw Error(c.name + " has no intrinsics", r.path, "give them with --intrinsics FILE");
+    }
   }
   if (out.empty())
     throw Error(job.sensor.empty() ? "there is no camera to track" : "no camera is named " + job.sensor, r.path,

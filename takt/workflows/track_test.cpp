@@ -11,7 +11,11 @@
 #include "takt/error.h"
 #include "takt/recording/files.h"
 #include "takt/test_paths.h"
+#include "takt/workflows/align.h"
+#include "takt/workflows/apply.h"
 #include "takt/workflows/simulate.h"
+#include "tests/euroc.h"
+#include "tests/tools.h"
 
 namespace fs = std::filesystem;
 
@@ -63,6 +67,45 @@ TEST_F(Track, GivesPiecesWhereTheOffsetSteps) {
   ASSERT_EQ(e.pieces.size(), 2u);
   EXPECT_NEAR(to_seconds(e.pieces[1].offset - e.pieces[0].offset), 0.02, 1e-3);
   EXPECT_NEAR(seconds_since(truth.pieces[1].start, e.pieces[1].start), 0, 3);
+}
+
+TEST_F(Track, AMovingOffsetAppliedLeavesNone) {
+  simulate({{"duration_s", "30"}, {"drift_ppm", "75"}, {"step_s", "0.02"}, {"step_at_s", "15"}});
+  ApplyJob taken;
+  taken.result = track(job()).estimate;
+  ASSERT_EQ(taken.result.pieces.size(), 2u);
+  const testing_tools::TemporaryFolder beside;
+  taken.in = folder_, taken.out = beside.path() + "/applied";
+  (void)apply(taken);
+  AlignJob left;
+  left.inputs = {taken.out};
+  // Both ends, each with one piece only.
+  for (const auto& [from_s, to_s] : {std::pair{2.0, 14.0}, std::pair{18.0, 29.0}}) {
+    left.open.from_s = from_s, left.open.to_s = to_s;
+    const Estimate e = align(left).estimate;
+    ASSERT_TRUE(e.answered()) << from_s;
+    EXPECT_LT(std::abs(to_seconds(*e.offset)), 3e-4) << from_s;
+    EXPECT_LT(std::abs(e.drift.value_or(0)), 40e-6) << from_s;
+  }
+}
+
+TEST_F(Track, FollowsBothCamerasOfPicturesAndTheirShifts) {
+  TAKT_NEEDS_REAL_DATA("euroc_micro");
+  TrackJob j;
+  j.input = testing_tools::real_data("euroc_micro");
+  const Estimate plain = track(j).estimate;
+  ASSERT_EQ(plain.estimates.size(), 2u);
+  for (const Estimate& e : plain.estimates) {
+    ASSERT_TRUE(e.answered()) << e.sensor;
+    EXPECT_LT(std::abs(to_seconds(*e.offset)), 4 * *e.sigma_s) << e.sensor;
+  }
+  const testing_tools::TemporaryFolder folder;
+  const Duration by = from_seconds(0.0123);
+  j.input = testing_tools::euroc_with_stamps_moved(folder, by);
+  j.sensor = "cam0";
+  const Estimate moved = track(j).estimate;
+  ASSERT_TRUE(moved.answered());
+  EXPECT_LT(std::abs(to_seconds(*moved.offset + by - *plain.offset)), 2e-4);
 }
 
 TEST_F(Track, ListensToAPipe) {

@@ -135,7 +135,7 @@ Motion linear_start(std::span<const BearingFrame* const> frames, const std::vect
   return out;
 }
 
-/// Gauss–Newton over the motion at t0 and the cameras' offsets.
+/// Gauss–Newton over the motion at t0, the cameras' offsets, and their intrinsics where those are to be refined.
 class Refinement {
  public:
   Refinement(std::span<const BearingFrame* const> frames, const std::vector<Track>& tracks, const ImuHistory& imu,
@@ -146,7 +146,7 @@ class Refinement {
         known_(known),
         pixel_sigma_(pixel_sigma),
         t0_(t0),
-        size_(motion_size + static_cast<Eigen::Index>(known.cameras.size())) {}
+        size_(motion_size + (1 + intrinsics_size) * static_cast<Eigen::Index>(known.cameras.size())) {}
 
   struct State {
     Motion motion;
@@ -164,8 +164,10 @@ class Refinement {
   [[nodiscard]] State moved(const State& s, const Eigen::VectorXd& step) const {
     State out = s;
     out.motion.add(step.head<motion_size>());
-    for (std::size_t c = 0; c < out.cameras.size(); ++c)
+    for (std::size_t c = 0; c < out.cameras.size(); ++c) {
       out.cameras[c].offset_s += step[motion_size + static_cast<Eigen::Index>(c)];
+      out.cameras[c].intrinsics += step.segment<intrinsics_size>(at_intrinsics(c));
+    }
     return out;
   }
 
@@ -198,6 +200,11 @@ class Refinement {
   }
 
  private:
+  static constexpr int intrinsics_size = 4;
+  [[nodiscard]] Eigen::Index at_intrinsics(std::size_t camera) const {
+    return motion_size + static_cast<Eigen::Index>(known_.cameras.size() + intrinsics_size * camera);
+  }
+
   void add_known(const State& s, Normals& n) const {
     const auto about = [&n](Eigen::Index at, const Vec3& off, double sigma) {
       const double w = 1 / (sigma * sigma);
@@ -216,6 +223,13 @@ class Refinement {
       const double w = 1 / (known_.cameras[c].offset_sigma_s * known_.cameras[c].offset_sigma_s);
       const double off = s.cameras[c].offset_s - known_.cameras[c].offset_s;
       n.A(at, at) += w, n.b[at] -= w * off, n.cost += w * off * off;
+      // Where they are kept as given they rest.
+      const double sigma_px = known_.cameras[c].intrinsics_sigma_px;
+      const double w_px = 1 / (sigma_px > 0 ? sigma_px * sigma_px : 1e-12);
+      const Eigen::Vector4d off_px = s.cameras[c].intrinsics - known_.cameras[c].intrinsics;
+      n.A.diagonal().segment<intrinsics_size>(at_intrinsics(c)).array() += w_px;
+      n.b.segment<intrinsics_size>(at_intrinsics(c)) -= w_px * off_px;
+      n.cost += w_px * off_px.squaredNorm();
     }
   }
 
@@ -239,9 +253,11 @@ class Refinement {
       const auto o = observe(*seen[k].sighting, *seen[k].clone, c.extrinsics, c.line_delay_s, *landmark, false);
       if (!o) return;
       const auto row = static_cast<Eigen::Index>(2 * k);
-      r.segment<2>(row) = -o->residual / sigma;
+      const Mat2x4 by_intrinsics = to_intrinsics(*seen[k].sighting);
+      r.segment<2>(row) = -(o->residual + by_intrinsics * c.intrinsics) / sigma;
       to_landmark.middleRows<2>(row) = o->landmark / sigma;
       H.middleRows<2>(row).noalias() = (o->pose / sigma) * slopes[track.seen[k].first];
+      H.block<2, intrinsics_size>(row, at_intrinsics(track.camera)) = by_intrinsics / sigma;
     }
     project_out(to_landmark, H, r);
     const double squares = r.tail(rows - 3).squaredNorm(), free = static_cast<double>(rows - 3);

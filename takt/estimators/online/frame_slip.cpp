@@ -12,22 +12,25 @@ namespace {
 constexpr std::size_t fewest_points = 8;
 /// How well dead reckoning carries a pose from one frame to the next (rad, m).
 constexpr double turn_sigma = 1e-4, shift_sigma = 1e-3;
-/// A point that was seen a few times only is itself known to about a pixel.
-constexpr double point_widened = 1.25;
 constexpr double huber = 2;
 
 }  // namespace
 
-void FrameSlip::add(const Observed& seen, const Eigen::Matrix<double, 6, 1>& pose_per_s, double pixel_sigma) {
-  const double scale = 1 / (point_widened * pixel_sigma);
+void FrameSlip::add(const Observed& seen, const Eigen::Matrix<double, 6, 1>& pose_per_s, double pixel_sigma,
+                    const Mat3& point) {
+  const Eigen::Matrix2d of_point = seen.landmark * point * seen.landmark.transpose();
+  const Eigen::Matrix2d variance = of_point + pixel_sigma * pixel_sigma * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d whiten = variance.llt().matrixL().solve(Eigen::Matrix2d::Identity());
   Row row;
-  row.by.col(0) = scale * (seen.pose * pose_per_s);
-  row.by.rightCols<6>() = scale * seen.pose;
-  row.residual = scale * seen.residual;
+  row.by.col(0) = whiten * (seen.pose * pose_per_s);
+  row.by.rightCols<6>() = whiten * seen.pose;
+  row.residual = whiten * seen.residual;
+  if (!row.by.allFinite() || !row.residual.allFinite()) return;
   rows_.push_back(row);
+  shared_ += of_point.trace() / variance.trace();
 }
 
-double FrameSlip::sigmas(double stamp_sigma_s) const {
+double FrameSlip::sigmas(double time_sigma_s) const {
   if (rows_.size() < fewest_points) return 0;
   using Mat7 = Eigen::Matrix<double, 7, 7>;
   using Vec7 = Eigen::Matrix<double, 7, 1>;
@@ -51,7 +54,7 @@ double FrameSlip::sigmas(double stamp_sigma_s) const {
     covariance = ldlt.solve(Mat7::Identity());
   }
   if (!(covariance(0, 0) > 0)) return 0;
-  return x[0] / std::hypot(std::sqrt(covariance(0, 0)), stamp_sigma_s);
+  return x[0] / std::hypot(std::sqrt(covariance(0, 0)), time_sigma_s);
 }
 
 }  // namespace takt::online

@@ -34,7 +34,7 @@ FrameSlip frame(double late_s, std::uint64_t seed, std::size_t strangers = 0) {
     const auto z = see(model, pixel);
     const Landmark l{Vec3::Zero(), point.normalized(), 1 / point.norm()};
     const auto o = observe(*z, at, Extrinsics{}, 0, l, false);
-    if (o) slip.add(*o, per_s, 1);
+    if (o) slip.add(*o, per_s, 1, 1e-8 * Mat3::Identity());
   }
   return slip;
 }

@@ -29,16 +29,32 @@ struct BearingFrame {
   bool observable = true;  ///< the motion tells the offset; else the method must hold it
 };
 
+/// Offset and drift of two clocks that run apart, with their covariance.
+struct OffsetAndDrift {
+  double offset_s = 0, drift = 0;
+  double offset_variance = 0, covariance = 0, drift_variance = 0;
+};
+
 /// What is known of a camera's clock, and how well.
 struct OffsetBelief {
   double offset_s = 0;
   double sigma_s = 0;
-  double drift = 0;  ///< s/s; 0 unless the data ask for one
+  /// What a usual drift, had the clocks one, would make this answer miss by without having shown yet. 0 once it would.
+  double hidden_drift_s = 0;
+  OffsetAndDrift apart;  ///< if the clocks do run apart
+  double drift = 0;      ///< s/s; 0 unless the data ask for one
   double drift_sigma = 0;
   double line_delay_s = 0;
   double line_delay_sigma_s = 0;
   Extrinsics extrinsics;
+  /// Of the mounting's rotation (in the camera's frame, rad) and position (m); 0 where it is kept as given.
+  Vec3 turn_sigma = Vec3::Zero(), shift_sigma = Vec3::Zero();
+  /// fx, fy, cx, cy less the given ones (px); sigmas 0 where they are kept as given.
+  Eigen::Vector4d intrinsics = Eigen::Vector4d::Zero(), intrinsics_sigma = Eigen::Vector4d::Zero();
 };
+
+/// How well intrinsics are known that are to be refined.
+constexpr double intrinsics_sigma_px = 5;
 
 /// Where to start: the motion at an IMU time, how sure it is, and what is known of each camera.
 struct FirstMotion {
@@ -48,9 +64,12 @@ struct FirstMotion {
   struct Camera {
     double offset_s = 0, offset_sigma_s = 0;
     double drift = 0;
+    double drift_sigma = 0;  ///< 0: as far as clocks run apart before there are data
     double line_delay_s = 0, line_delay_sigma_s = 0;
     double pixel_sigma = 1;
-    double half_readout_s = 0;  ///< 0 for a global shutter
+    double half_readout_s = 0;                             ///< 0 for a global shutter
+    Eigen::Vector4d intrinsics = Eigen::Vector4d::Zero();  ///< fx, fy, cx, cy less the given ones (px)
+    double intrinsics_sigma_px = 0;                        ///< 0: they are kept as given
     Extrinsics extrinsics;
   };
   std::vector<Camera> cameras;

@@ -11,6 +11,16 @@ namespace {
 /// Odds at the start that a camera's clock runs as the IMU's does. A drift is soon found out, and until then its chance
 /// widens the answer of every rig that has none.
 constexpr double no_drift_odds = 8;
+/// Crystals that are not one rarely run further apart than this many of their usual sigmas.
+constexpr double usual_drift = 1.5;
+
+/// By how much the belief in one clock is off if the two run `drift` apart, 0 where so much would have shown: its odds
+/// against none would then be even, less two sigmas of chance.
+double hidden_by(double drift, const OffsetAndDrift& x, double drift_sigma) {
+  const double sigma = std::sqrt(x.drift_variance);
+  const double shows_from = std::sqrt(2 * std::log(std::max(1.0, no_drift_odds * drift_sigma / sigma))) + 2;
+  return drift > shows_from * sigma ? 0 : std::abs(x.covariance) / x.drift_variance * drift;
+}
 
 }  // namespace
 
@@ -26,6 +36,8 @@ void believe(const OffsetAndDrift& x, double drift_sigma, OffsetBelief& b) {
   b.offset_s = w * still_offset + (1 - w) * x.offset_s;
   const double apart = still_offset - x.offset_s;
   b.sigma_s = std::sqrt(w * still_var + (1 - w) * var + w * (1 - w) * apart * apart);
+  b.apart = x;
+  b.hidden_drift_s = hidden_by(usual_drift * drift_sigma, x, drift_sigma);
   b.drift = (1 - w) * x.drift;
   b.drift_sigma = std::sqrt((1 - w) * drift_var + w * (1 - w) * x.drift * x.drift);
 }
@@ -51,15 +63,15 @@ bool StepWatch::observe(double correction_s, double variance_before, double vari
   return stepped;
 }
 
-void StepWatch::observe_slip(double sigmas) {
+void StepWatch::observe_slip(const FrameSlip& of, double time_sigma_s) {
   constexpr std::size_t window = 5;
-  slips_.push_front(sigmas);
+  slips_.push_front(of.sigmas(time_sigma_s));
   if (slips_.size() > window) slips_.pop_back();
   of_slips_ = 0;
   double sum = 0, count = 0;
   for (const double slip : slips_) {
     sum += slip, count += 1;
-    of_slips_ = std::max(of_slips_, std::abs(sum) / std::sqrt(count));
+    of_slips_ = std::max(of_slips_, std::abs(sum) / std::sqrt(count * (1 + (count - 1) * of.shared())));
   }
 }
 

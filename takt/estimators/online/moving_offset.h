@@ -4,6 +4,7 @@
 #include <deque>
 #include <utility>
 
+#include "takt/estimators/online/frame_slip.h"
 #include "takt/estimators/online/method.h"
 
 /// What the methods share about an offset that may move.
@@ -12,11 +13,6 @@ namespace takt::online {
 /// How clocks wander besides a constant drift: white phase steps (s/√s) and a drift that walks (1/√s).
 constexpr double offset_walk = 3e-7, drift_walk = 2e-8;
 
-/// Offset and drift as a method has them, with their covariance.
-struct OffsetAndDrift {
-  double offset_s = 0, drift = 0;
-  double offset_variance = 0, covariance = 0, drift_variance = 0;
-};
 /// What is believed of the offset when the two clocks may also be one, in which case nothing drifts: a mixture of both.
 /// `drift_sigma`: of the drift before there were data.
 void believe(const OffsetAndDrift& now, double drift_sigma, OffsetBelief& belief);
@@ -28,8 +24,9 @@ class StepWatch {
   void clear() { *this = {}; }
   /// True where the offset must have stepped.
   [[nodiscard]] bool observe(double correction_s, double variance_before, double variance_after);
-  /// What a new frame shows at once, before it has corrected anything: by how many sigmas it stands off (FrameSlip).
-  void observe_slip(double sigmas);
+  /// What a new frame shows at once, before it has corrected anything (FrameSlip). `time_sigma_s`: what its stamp and
+  /// the offset may be off anyway.
+  void observe_slip(const FrameSlip& slip, double time_sigma_s);
   /// The strongest sign of a step, in sigmas.
   [[nodiscard]] double doubt() const { return std::max(of_corrections_, of_slips_); }
 

@@ -126,6 +126,7 @@ struct OffsetTracker::State {
       known_camera.line_delay_s = from.timing.line_delay_s();
       known_camera.half_readout_s = from.timing.readout_s != 0 ? cameras[c].half_readout_s : 0;
       known_camera.line_delay_sigma_s = options.line_delay ? 2e-5 : 0;
+      known_camera.intrinsics_sigma_px = options.refine_intrinsics ? intrinsics_sigma_px : 0;
       known_camera.extrinsics.R_imu_cam = from.T_imu_cam.topLeftCorner<3, 3>();
       known_camera.extrinsics.p_imu_cam = from.T_imu_cam.topRightCorner<3, 1>();
       known.cameras.push_back(known_camera);
@@ -318,8 +319,12 @@ struct OffsetTracker::State {
     }
     FirstMotion start = *found.motion;
     start.covariance *= start_loosened * start_loosened;
-    for (auto& c : start.cameras) c.offset_sigma_s *= start_loosened;
     for (std::size_t c = 0; c < cameras.size(); ++c) {
+      // Stamps were taken as exact: what they share of their jitter the offset has.
+      double& sigma_s = start.cameras[c].offset_sigma_s;
+      const auto taken = std::ranges::count_if(frames, [c](const BearingFrame* f) { return f->camera == c; });
+      sigma_s = start_loosened *
+                std::hypot(sigma_s, cameras[c].watch.jitter_s() / std::sqrt(std::max(1.0, static_cast<double>(taken))));
       // Where the features' noise is not known, it is what they miss the first motion by.
       if (!rig.cameras[c].pixel_sigma) cameras[c].pixel_sigma *= std::clamp(found.misfit, 0.2, 3.0);
       start.cameras[c].pixel_sigma = cameras[c].pixel_sigma;
@@ -409,6 +414,11 @@ struct OffsetTracker::State {
       last_belief[c] = method->belief(c);
       if (!std::isfinite(last_belief[c].offset_s)) continue;
       known.cameras[c].offset_s = last_belief[c].offset_s;
+      // The lens and the crystals stay the same.
+      if (proven && last_belief[c].intrinsics.allFinite()) known.cameras[c].intrinsics = last_belief[c].intrinsics;
+      if (proven)
+        known.cameras[c].drift = last_belief[c].apart.drift,
+        known.cameras[c].drift_sigma = std::sqrt(last_belief[c].apart.drift_variance);
       known.cameras[c].offset_sigma_s = offsets_too ? 0.02 : std::clamp(5 * last_belief[c].sigma_s, 1e-3, 0.02);
     }
     t_lost_s = t_motion_s;
@@ -469,6 +479,10 @@ struct OffsetTracker::State {
         weak("seconds of followed corners only: their errors persist from picture to picture, which σ does not know");
       if (t_motion_s - t_doubted_s < doubted_for_s)
         weak("the latest frames do not fit the offset: it may have stepped");
+      // Beyond 2 σ: what else the answer may be off by is to fit into the other two.
+      if (b.hidden_drift_s > 2 * sigma)
+        weak(fmt::format("whether the clocks run apart is not known yet: if they do, the offset may be off by {}",
+                         rounded_time_words(b.hidden_drift_s)));
       if (method->misfit() > 2.5)
         weak(fmt::format("the features misfit {:.1f}-fold: the model misses something", std::sqrt(method->misfit())));
     } else {
@@ -567,6 +581,18 @@ Estimate OffsetTracker::result(std::size_t camera) const {
   T.topLeftCorner<3, 3>() = b.extrinsics.R_imu_cam;
   T.topRightCorner<3, 1>() = b.extrinsics.p_imu_cam;
   e.T_reference_sensor = T;
+  if (b.turn_sigma.maxCoeff() > 0) {
+    const Vec3 turn = log_so3(Quat(b.extrinsics.R_imu_cam).normalized());
+    for (int i = 0; i < 3; ++i)
+      e.extras.push_back({fmt::format("rotation_{}_rad", "xyz"[i]), turn[i], b.turn_sigma[i]});
+    for (int i = 0; i < 3; ++i)
+      e.extras.push_back({fmt::format("translation_{}_m", "xyz"[i]), b.extrinsics.p_imu_cam[i], b.shift_sigma[i]});
+  }
+  if (b.intrinsics_sigma.maxCoeff() > 0) {
+    const double given[] = {of.model.fx, of.model.fy, of.model.cx, of.model.cy};
+    const char* const names[] = {"fx_px", "fy_px", "cx_px", "cy_px"};
+    for (int i = 0; i < 4; ++i) e.extras.push_back({names[i], given[i] + b.intrinsics[i], b.intrinsics_sigma[i]});
+  }
   const auto counted = state_->counted;
   e.extras.push_back({"frames", static_cast<double>(counted.frames), std::nullopt});
   e.extras.push_back({"starts", static_cast<double>(counted.starts), std::nullopt});

@@ -68,6 +68,12 @@ std::optional<Sighting> see(const CameraModel& model, const Vec2& pixel) {
   return z;
 }
 
+Mat2x4 to_intrinsics(const Sighting& z) {
+  Mat2x4 out;
+  out << z.from_centre.x(), 0, 1, 0, 0, z.from_centre.y(), 0, 1;
+  return out;
+}
+
 ReadoutMotion::ReadoutMotion(const ImuHistory& imu, const Motion& middle, double t_s, double half_s) {
   constexpr double longest_step_s = 2e-3;
   const int half_steps = std::max(1, static_cast<int>(std::ceil(half_s / longest_step_s)));
@@ -139,7 +145,7 @@ std::optional<Observed> observe(const Sighting& z, const Clone& clone, const Ext
   return o;
 }
 
-std::optional<Landmark> triangulate(std::span<const SeenFrom> seen, double* rms_px) {
+std::optional<Landmark> triangulate(std::span<const SeenFrom> seen, double* rms_px, Mat3* covariance) {
   if (seen.size() < 2) return std::nullopt;
   const SeenFrom& anchor = seen[seen.size() / 2];
   Landmark l;
@@ -202,8 +208,8 @@ std::optional<Landmark> triangulate(std::span<const SeenFrom> seen, double* rms_
     l = next, here = there, damping *= 0.1;
     if (settled) break;
   }
-  const double cost = here->cost;
-  if (rms_px) *rms_px = std::sqrt(cost / (2.0 * static_cast<double>(seen.size())));
+  if (rms_px) *rms_px = std::sqrt(here->cost / (2.0 * static_cast<double>(seen.size())));
+  if (covariance) *covariance = (here->A + 1e-9 * here->A.trace() * Mat3::Identity()).inverse();
   return l;
 }
 

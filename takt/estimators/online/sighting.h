@@ -24,6 +24,9 @@ struct Sighting {
   Vec2 from_centre{0, 0};       ///< (u − cx)/fx, (v − cy)/fy: what a change of focal length moves
 };
 
+/// Derivative of a sighting's residual to the true fx, fy, cx, cy less the given ones.
+[[nodiscard]] Mat2x4 to_intrinsics(const Sighting& z);
+
 /// Nothing where the camera model has no bearing.
 [[nodiscard]] std::optional<Sighting> see(const CameraModel& model, const Vec2& pixel);
 
@@ -96,8 +99,10 @@ struct SeenFrom {
   double line_delay_s;
 };
 /// The point that fits best, by Gauss–Newton. Nothing where none lies in front of the cameras.
-/// `rms_px` receives what is left, per axis.
-[[nodiscard]] std::optional<Landmark> triangulate(std::span<const SeenFrom> seen, double* rms_px = nullptr);
+/// `rms_px` receives what is left, per axis; `covariance` that of the tangents and the inverse distance for pixels of
+/// unit sigma, poses taken as exact.
+[[nodiscard]] std::optional<Landmark> triangulate(std::span<const SeenFrom> seen, double* rms_px = nullptr,
+                                                  Mat3* covariance = nullptr);
 
 /// Takes the landmark out of stacked rows: multiplies all by the left null space of `landmark` [Mourikis2007].
 /// On return the last rows − 3 rows of `states` and `residual` are free of it.

@@ -22,7 +22,7 @@ void describe(TrackingOptions& o, Visitor& v) {
   v("initial_offset_s", o.initial_offset_s, "where the search begins");
   v("search_s", o.search_s, "half-width of the search around it; as far as the data overlap when left out");
   v("refine_extrinsics", o.refine_extrinsics, "refine the camera's mounting");
-  v("refine_intrinsics", o.refine_intrinsics, "refine focal lengths and the image centre");
+  v("refine_intrinsics", o.refine_intrinsics, "let focal lengths and the image centre vary; the window tells them");
   v("line_delay", o.line_delay, "estimate the line delay even where it is known");
   v("feature_velocity", o.feature_velocity, "window: shift observations by measured feature velocities, as published");
   v("drift_sigma_ppm", o.drift_sigma_ppm, "how far the two clocks may run apart, one sigma");

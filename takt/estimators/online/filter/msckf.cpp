@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "takt/estimators/online/frame_slip.h"
 #include "takt/motion/trajectory.h"
 
 namespace takt::online {
@@ -16,7 +15,6 @@ namespace {
 constexpr std::size_t clones_of_first = 16, clones_of_others = 10;
 constexpr std::size_t fewest_sightings = 3;
 constexpr double extrinsic_turn_sigma = 5e-3, extrinsic_shift_sigma = 5e-3;
-constexpr double intrinsics_sigma_px = 5;
 /// A followed corner's error persists from picture to picture, which its scatter does not show.
 constexpr double measured_widened = 1.5;
 constexpr double still_speed_sigma = 0.01;
@@ -72,9 +70,9 @@ void Msckf::start(const FirstMotion& first) {
     c.offset_s = from.offset_s, c.drift = from.drift, c.line_delay_s = from.line_delay_s;
     c.extrinsics = from.extrinsics;
     c.pixel_sigma = from.pixel_sigma * (c.sigma_known ? 1 : measured_widened);
-    c.intrinsics.setZero();
+    c.intrinsics = from.intrinsics;
     P_(c.at_offset, c.at_offset) = from.offset_sigma_s * from.offset_sigma_s;
-    const double drift_sigma = 1e-6 * options_.drift_sigma_ppm;
+    const double drift_sigma = from.drift_sigma > 0 ? from.drift_sigma : 1e-6 * options_.drift_sigma_ppm;
     P_(c.at_drift, c.at_drift) = drift_sigma * drift_sigma;
     if (c.at_line_delay >= 0) P_(c.at_line_delay, c.at_line_delay) = from.line_delay_sigma_s * from.line_delay_sigma_s;
     if (c.at_extrinsics >= 0) {
@@ -101,7 +99,9 @@ FrameReport Msckf::observe(const BearingFrame& frame, const ImuHistory& imu) {
     return report;
   }
   clone(frame, imu);
-  if (frame.observable) step_watch_.observe_slip(slip(frame, imu));
+  if (frame.observable)
+    step_watch_.observe_slip(slip(frame, imu),
+                             std::hypot(frame.stamp_sigma_s, std::sqrt(P_(c.at_offset, c.at_offset))));
   follow(frame);
   use_features(frame);
   report.doubt = step_watch_.doubt();
@@ -179,8 +179,8 @@ void Msckf::follow(const BearingFrame& frame) {
 }
 
 /// Of the frame that has just been cloned, by some of the points that were followed up to it.
-double Msckf::slip(const BearingFrame& frame, const ImuHistory& imu) const {
-  constexpr std::size_t enough = 40, best_known = 5;
+FrameSlip Msckf::slip(const BearingFrame& frame, const ImuHistory& imu) const {
+  constexpr std::size_t enough = 150, best_known = 5;
   const Camera& c = cameras_[frame.camera];
   const auto& tracks = tracks_[frame.camera];
   Eigen::Matrix<double, 6, 1> pose_per_s;
@@ -190,14 +190,15 @@ double Msckf::slip(const BearingFrame& frame, const ImuHistory& imu) const {
   for (const SeenFeature& f : frame.features) {
     const auto track = tracks.find(f.id);
     if (track == tracks.end() || track->second.seen.size() < best_known) continue;
-    const auto landmark = triangulate(sightings(frame.camera, track->second));
+    Mat3 point;
+    const auto landmark = triangulate(sightings(frame.camera, track->second), nullptr, &point);
     if (!landmark) continue;
     const auto o = online::observe(f.sighting, clones_.back().clone, c.extrinsics, c.line_delay_s, *landmark, false);
     if (!o) continue;
-    slip.add(*o, pose_per_s, c.pixel_sigma);
+    slip.add(*o, pose_per_s, c.pixel_sigma, c.pixel_sigma * c.pixel_sigma * point);
     if (++used == enough) break;
   }
-  return slip.sigmas(frame.stamp_sigma_s);
+  return slip;
 }
 
 void Msckf::use_features(const BearingFrame& frame) {
@@ -274,11 +275,9 @@ void Msckf::gather(std::size_t camera, const Track& track, Gathered& all) {
     if (c.at_line_delay >= 0) H.block<2, 1>(row, 0) = scale * o->line_delay;
     if (c.at_extrinsics >= 0) H.block<2, 6>(row, c.at_extrinsics - c.at_drift - 1) = scale * o->extrinsics;
     if (c.at_intrinsics >= 0) {
-      const Vec2& xy = seen[k].sighting->from_centre;
-      Mat2x4 to_intrinsics;
-      to_intrinsics << xy.x(), 0, 1, 0, 0, xy.y(), 0, 1;
-      H.block<2, 4>(row, c.at_intrinsics - c.at_drift - 1) = scale * to_intrinsics;
-      r.segment<2>(row) -= scale * to_intrinsics * c.intrinsics;
+      const Mat2x4 by_intrinsics = to_intrinsics(*seen[k].sighting);
+      H.block<2, 4>(row, c.at_intrinsics - c.at_drift - 1) = scale * by_intrinsics;
+      r.segment<2>(row) -= scale * by_intrinsics * c.intrinsics;
     }
   }
   project_out(to_landmark, H, r);
@@ -438,6 +437,13 @@ OffsetBelief Msckf::belief(std::size_t camera) const {
   b.line_delay_s = c.line_delay_s;
   if (c.at_line_delay >= 0) b.line_delay_sigma_s = std::sqrt(P_(c.at_line_delay, c.at_line_delay));
   b.extrinsics = c.extrinsics;
+  // Intrinsics serve the offset only: they also take up what one triangulation of noisy points leaves, which no sigma
+  // of theirs knows of. The window tells them.
+  b.intrinsics = c.intrinsics;
+  if (c.at_extrinsics >= 0) {
+    b.turn_sigma = P_.diagonal().segment<3>(c.at_extrinsics).cwiseSqrt();
+    b.shift_sigma = P_.diagonal().segment<3>(c.at_extrinsics + 3).cwiseSqrt();
+  }
   believe({c.offset_s, c.drift, P_(c.at_offset, c.at_offset), P_(c.at_offset, c.at_drift), P_(c.at_drift, c.at_drift)},
           1e-6 * options_.drift_sigma_ppm, b);
   return b;

@@ -61,7 +61,7 @@ class Msckf : public OffsetMethod {
   void carry_to(double t_s, const ImuHistory& imu);
   void clone(const BearingFrame& frame, const ImuHistory& imu);
   void follow(const BearingFrame& frame);
-  [[nodiscard]] double slip(const BearingFrame& frame, const ImuHistory& imu) const;
+  [[nodiscard]] FrameSlip slip(const BearingFrame& frame, const ImuHistory& imu) const;
   void use_features(const BearingFrame& frame);
   [[nodiscard]] std::vector<SeenFrom> sightings(std::size_t camera, const Track& track) const;
   void gather(std::size_t camera, const Track& track, Gathered& all);

@@ -54,7 +54,6 @@ class SlidingWindow : public OffsetMethod {
     std::size_t camera;
     double t_s;  ///< by the camera's clock
     double stamp_sigma_s;
-    bool tells_offset;
     ReadoutMotion readout;
   };
   struct State {
@@ -77,6 +76,7 @@ class SlidingWindow : public OffsetMethod {
     std::vector<int> columns;
     Eigen::Matrix<double, 3, Eigen::Dynamic> gain;
     Vec3 lead = Vec3::Zero();
+    Mat3 covariance = Mat3::Zero();  ///< of the point, poses taken as exact
   };
   struct Track {
     std::vector<Seen> seen;
@@ -107,9 +107,10 @@ class SlidingWindow : public OffsetMethod {
   [[nodiscard]] int at_state(std::size_t i) const { return border_ + static_cast<int>(i) * state_size(); }
   [[nodiscard]] int size() const { return at_state(states_.size()); }
 
+  [[nodiscard]] bool turned_far(double t_s, const ImuHistory& imu) const;
   void add_state(double t_s, const ImuHistory& imu);
   void add_shot(const BearingFrame& frame, const ImuHistory& imu);
-  [[nodiscard]] double slip(const BearingFrame& frame) const;
+  [[nodiscard]] FrameSlip slip(const BearingFrame& frame) const;
   void follow(const BearingFrame& frame);
   void choose_tracks();
   void recentre(const ImuHistory& imu);
