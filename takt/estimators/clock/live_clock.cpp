@@ -22,11 +22,7 @@ constexpr double most_drift_per_s = 2e-8;  // of a bare crystal's rate
 }  // namespace
 
 LiveClock::LiveClock(const DeviceCounter& counter, const LabelOptions& labels, std::optional<double> pulse_error_s)
-    : counter_(counter),
-      options_(labels),
-      pulse_error_s_(pulse_error_s),
-      extender_(counter.bits, counter.tick_hz),
-      label_extender_(counter.bits, counter.tick_hz) {}
+    : counter_(counter), options_(labels), pulse_error_s_(pulse_error_s), extender_(counter.bits, counter.tick_hz) {}
 
 void LiveClock::start_over() {
   waiting_.clear();
@@ -127,8 +123,7 @@ void LiveClock::accept(std::int64_t second, std::int64_t ticks) {
 void LiveClock::observe_label(const TimeLabel& label) {
   if (!label.arrival_ticks) return;
   TimeLabel l = label;
-  const ExtendedCount at = label_extender_.extend(*label.arrival_ticks);
-  l.arrival_ticks = at.ticks;
+  l.arrival_ticks = extender_.nearest(*label.arrival_ticks);
   labels_.push_back(std::move(l));
   while (labels_.size() > 12 * kept_seconds) labels_.pop_front();
 }

@@ -46,7 +46,7 @@ class LiveClock {
   DeviceCounter counter_;
   LabelOptions options_;
   std::optional<double> pulse_error_s_;
-  CountExtender extender_, label_extender_;
+  CountExtender extender_;
   std::vector<std::int64_t> waiting_;  // edges before the start, or outside the train
   std::deque<TrainPulse> recent_;      // accepted
   std::deque<PhaseSample> samples_;
