@@ -70,6 +70,7 @@ struct Vote {
   bool by_table;
   std::string source;
   bool names_next = false;
+  double late = 0.5;  // share of a second after its pulse
 };
 
 /// Midnight UTC at the end of a month: only there UTC may leap.
@@ -171,6 +172,28 @@ std::optional<std::int64_t> late_by(const std::vector<Vote>& votes, std::int64_t
   return std::nullopt;
 }
 
+/// A source whose arrivals scatter so near to a pulse that some must fall on its other side, though none of these few
+/// has been seen to.
+std::optional<std::string> scatters_over_a_pulse(const std::vector<Vote>& votes, std::int64_t agreed,
+                                                 const LabelOptions& options) {
+  std::map<std::string, std::vector<double>> late;
+  for (const Vote& v : votes)
+    if (v.gps_minus_count == agreed && v.source != own_file) late[v.source].push_back(v.late);
+  for (const auto& [source, all] : late) {
+    const auto n = static_cast<double>(all.size());
+    if (all.size() < 2) continue;
+    const double mean = std::accumulate(all.begin(), all.end(), 0.0) / n;
+    double squares = 0;
+    for (const double x : all) squares += (x - mean) * (x - mean);
+    // Two σ and more while few have come: by then some 2 % of the labels lie beyond.
+    const double reach = (2 + 8 / n) * std::sqrt(squares / (n - 1));
+    if (mean - reach < options.earliest_s || mean + reach > options.latest_s)
+      return fmt::format("{} labels come {:.2f} ± {:.2f} s behind their pulse: some may belong to a neighbour", source,
+                         mean, std::sqrt(squares / (n - 1)));
+  }
+  return std::nullopt;
+}
+
 void decide(std::vector<Vote> votes, std::int64_t last_second, const LabelOptions& options, SegmentLabels& s,
             LabelledTrain& out) {
   std::stable_sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) { return a.count < b.count; });
@@ -227,11 +250,17 @@ void decide(std::vector<Vote> votes, std::int64_t last_second, const LabelOption
                     *late == 1 ? "pulse has" : "pulses have", *late == 1 ? " has" : "s have", *late);
     return;
   }
+  constexpr std::size_t many = 200;  // so many show by themselves how many fall near a pulse
+  if (s.votes < many)
+    if (auto near = scatters_over_a_pulse(votes, best->first, options)) {
+      s.why_not = *std::move(near);
+      return;
+    }
   if (!options.old_dates && s.gps_minus_count_s + gps_epoch_utc_s < table_ends_utc_s - rollover_s) {
     s.why_not =
         "the labels name a date before May 2007: the receiver's week number has rolled over (1024 weeks), or the log "
         "is "
-        "that old (--old-dates)";
+        "that old (takt clock --old-dates)";
     return;
   }
   s.known = true;
@@ -395,7 +424,7 @@ LabelledTrain label_train(const PulseTrain& train, const PulseStream& pulses, co
         continue;
       }
       const auto count = static_cast<std::int64_t>(n) + (l.names_next ? 1 : 0);
-      votes[*segment].push_back({g.second - count, count, g.utc_s, g.by_table, l.source, l.names_next});
+      votes[*segment].push_back({g.second - count, count, g.utc_s, g.by_table, l.source, l.names_next, late});
     }
   }
   const std::size_t before = std::accumulate(votes.begin(), votes.end(), std::size_t{0},
