@@ -164,6 +164,35 @@ TEST(RelatePairs, AStepOfAClockIsNotTrusted) {
   EXPECT_NE(relate_pairs(s).verdict, Verdict::trusted);
 }
 
+/// Half a thermal cycle from crest to trough is an S: a parabola through it is flat.
+TEST(RelatePairs, AnSShapedClockIsNoStraightLine) {
+  Random random(1, "s shape");
+  PairStream s;
+  constexpr int n = 6000;
+  const auto host = [&](int i) {
+    const double x = 2.0 * i / n - 1;
+    return 5e9 + 150e3 * (x * x * x - 0.6 * x);
+  };
+  for (int i = 0; i < n; ++i) {
+    const std::int64_t d = start_ns + std::int64_t{i} * 100'000'000;
+    s.pairs.push_back({0, d, d + static_cast<std::int64_t>(host(i) + 100e3 - 500e3 * std::log1p(-random.uniform()))});
+  }
+  PairOptions known;
+  known.least_delay_s = 100e-6;
+  const Estimate e = relate_pairs(s, known);
+  ASSERT_GT(e.pieces.size(), 2U);
+  const ClockMap<> map = e.clock_map();
+  double nees = 0, worst_us = 0;
+  for (int i = 0; i < n; i += 10) {
+    const auto t = as<SensorClock>(from_ns(s.pairs[static_cast<std::size_t>(i)].device_ns));
+    const double error_s = to_seconds(map.offset_at(t)) - 1e-9 * host(i);
+    nees += error_s * error_s / map.sigma_s(t) / map.sigma_s(t) / (n / 10);
+    worst_us = std::max(worst_us, 1e6 * std::abs(error_s));
+  }
+  EXPECT_LT(worst_us, 30);
+  EXPECT_LT(nees, 2);
+}
+
 TEST(RelatePairs, SwappingTheRolesOrFewExchangesAreRefused) {
   PairStream s;
   s.two_way = true;
