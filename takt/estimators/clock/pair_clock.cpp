@@ -452,7 +452,7 @@ Estimate by_kalman(const Tidy& tidy, const PairStream& s) {
     const double t = 1e-9 * static_cast<double>(p[best].device_ns - start);
     if (samples.empty() || t > samples.back().t_s) samples.push_back({t, 1e-9 * static_cast<double>(0.5L * (u + l))});
   }
-  const ClockNoise noise = fit_noise(samples, 1e-9);
+  const ClockNoise noise = fit_noise(samples, 1e-9, 4096);
   const SmoothedClock smoothed = smooth(samples, noise);
   const std::size_t k = samples.size() / 2;
   Estimate e;
