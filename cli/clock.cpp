@@ -31,7 +31,7 @@ int run_clock(const Line& line, const Common& common) {
     fmt::print(
         stderr,
         "takt clock: give a folder or file, or --pps FILE with --nmea or --ubx FILE, or --pairs FILE, or --frames "
-        "FILE with a capture or --strobes FILE, or --shared-trigger A B\n");
+        "FILE with a capture, --strobes FILE or a receiver's log, or --shared-trigger A B\n");
     return 2;
   }
   job.pulses.method = job.exchanges.method = line.method;
@@ -76,6 +76,10 @@ void add_clock(CLI::App& app, Common& common, Action& action) {
   verb.add_option("--strobes", line->job.strobes, "start,end of each strobe (default: those of the capture IN)")
       ->type_name("FILE");
   verb.add_option("--camera", line->job.camera, "whose strobes of the capture: cam0, cam1, ...");
+  verb.add_option("--event-channel", line->job.event_channel,
+                  "input of the receiver whose stamped events (TIM-TM2) are the frames' strobes")
+      ->check(CLI::Range(0, 255))
+      ->capture_default_str();
   verb.add_option("--shared-trigger", line->job.shared_trigger, "device,arrival of two sensors that share a trigger")
       ->type_name("FILE FILE")
       ->expected(2);

@@ -63,4 +63,14 @@ inline std::string tim_tm2(int flags, int count, int week, std::uint32_t tow_ms,
                  little(tow_ms, 4) + little(sub_ns, 4) + little(tow_ms + 1, 4) + little(sub_ns, 4) + little(25, 4));
 }
 
+/// Both edges of one event, on GPS time; 0 where an edge is not told.
+inline std::string tim_tm2(int count, std::int64_t rising_ns, std::int64_t falling_ns, unsigned accuracy_ns) {
+  constexpr std::int64_t week_ns = 604'800'000'000'000;
+  const int flags = 0x48 | (rising_ns != 0 ? 0x80 : 0) | (falling_ns != 0 ? 0x04 : 0);
+  const auto tow = [&](std::int64_t ns) { return little(ns % week_ns / 1'000'000, 4) + little(ns % 1'000'000, 4); };
+  return ubx(0x0d, 3,
+             little(0, 1) + little(flags, 1) + little(count, 2) + little(rising_ns / week_ns, 2) +
+                 little(falling_ns / week_ns, 2) + tow(rising_ns) + tow(falling_ns) + little(accuracy_ns, 4));
+}
+
 }  // namespace takt::gnss_writing

@@ -110,17 +110,19 @@ int main(int argc, char** argv) {
   const std::uint64_t seeds = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 4;
   const PulseNoise sawtooth{.white_s = 3.7e-9, .sawtooth_s = 19.1e-9, .corrected = false};
   const PulseNoise corrected{.white_s = 3.7e-9, .sawtooth_s = 19.1e-9, .corrected = true};
-  const PulseNoise real{
-      .white_s = 4.5e-9, .sawtooth_s = 0, .corrected = false, .wander_s = 7.5e-9, .wander_time_s = 40};
-  const PulseNoise slow{
-      .white_s = 4.5e-9, .sawtooth_s = 0, .corrected = false, .wander_s = 7.5e-9, .wander_time_s = 500};
+  const auto wandering = [](double time_s) {
+    return PulseNoise{
+        .white_s = 4.5e-9, .sawtooth_s = 0, .corrected = false, .wander_s = 7.5e-9, .wander_time_s = time_s};
+  };
   fmt::print("{:<36} {:>7} {:>7} {:>7} {:>8} {:>7}  {:>5}  {:>5}\n", "oscillator / PPS", "last 2", "lin16", "lin64",
              "lin256", "takt", "bar", "NEES");
   const auto seconds = static_cast<std::size_t>(3600 * hours);
   row({"OCXO / sawtooth", "ocxo", sawtooth, 1.1}, seconds, seeds);
   row({"OCXO / qErr-corrected", "ocxo", corrected, 0.8}, seconds, seeds);
-  row({"OCXO / wandering 1PPS", "ocxo", real, 6.7}, seconds, seeds);
-  row({"OCXO / slowly wandering 1PPS", "ocxo", slow, 0}, seconds, seeds);
+  row({"OCXO / 1PPS wandering over 40 s", "ocxo", wandering(40), 6.7}, seconds, seeds);
+  row({"OCXO / 1PPS wandering over 150 s", "ocxo", wandering(150), 0}, seconds, seeds);
+  row({"OCXO / 1PPS wandering over 500 s", "ocxo", wandering(500), 0}, seconds, seeds);
+  row({"OCXO / 1PPS wandering over 1500 s", "ocxo", wandering(1500), 0}, seconds, seeds);
   row({"TCXO / qErr-corrected", "tcxo", corrected, 5.5}, seconds, seeds);
   row({"XO / qErr-corrected", "xo", corrected, 8.5}, seconds, seeds);
 }

@@ -62,7 +62,7 @@ module takt_gnss #(
       assign bytes_o = bytes_q;
       assign bytes_less_1_o = less_1_q;
     end else begin : gen_no_text
-      // No receiver: a line that stayed up for so long is idle, at 9600 baud and faster.
+      // No UART: a line that stayed up for so long is idle, at 9600 baud and faster.
       logic slow_q;
       always_ff @(posedge clk_i) slow_q <= slow_bit_i;
       assign tick  = slow_q != slow_bit_i;

@@ -306,8 +306,12 @@ TEST(Device, SaysThatEdgesCameTooFast) {
   EXPECT_GT(told, 10u);
 }
 
-#ifndef TAKT_REDUCED
 TEST(Device, HearsTheReceiver) {
+#ifdef TAKT_REDUCED
+  constexpr std::int64_t pause = 150'000;  // without a UART the line is idle after 31 · 4096 clocks
+#else
+  constexpr std::int64_t pause = 20'000;
+#endif
   Device device;
   std::vector<PinChange> changes;
   const std::string text = "$GNRMC,123519.00,A\r\n";
@@ -315,7 +319,7 @@ TEST(Device, HearsTheReceiver) {
   std::int64_t cycle = say(changes, {wire::Operation::write, wire::reg::gnss_bit, 1, 50}, 170'000);
   std::vector<std::int64_t> starts;
   for (int i = 0; i < 3; ++i) {
-    cycle += 20'000;
+    cycle += pause;
     starts.push_back(cycle + 2);
     cycle = append_uart(changes, GatewarePin::gnss, bytes.first(text.size() - static_cast<unsigned>(i)), cycle, 50);
   }
@@ -328,9 +332,14 @@ TEST(Device, HearsTheReceiver) {
   for (const auto& e : heard.of(wire::Kind::gnss_text))
     for (unsigned i = 0; i <= (e.frame.flags & wire::detail_mask); ++i)
       said.push_back(static_cast<char>(e.frame.payload >> (8 * i)));
+#ifdef TAKT_REDUCED
+  EXPECT_EQ(said, "") << "the reduced device stamps the beginnings only";
+#else
   EXPECT_EQ(said, text + text.substr(0, text.size() - 1) + text.substr(0, text.size() - 2));
+#endif
 }
 
+#ifndef TAKT_REDUCED
 /// Everything at once, at random: the fast model must give the same bytes in the same clocks.
 TEST(Device, IsWhatTheFastModelSays) {
 #ifdef TAKT_NETLIST

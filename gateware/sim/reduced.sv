@@ -17,7 +17,7 @@ module reduced (
   output logic spi_miso_enable_o
 );
   takt_device #(
-    .StampW(32), .Imus(1), .Cameras(1), .Triggers(1), .TriggerW(24), .TriggerPhase(1'b0), .Gnss(1'b0), .GnssText(1'b0),
+    .StampW(32), .Imus(1), .Cameras(1), .Triggers(1), .TriggerW(24), .TriggerPhase(1'b0), .Gnss(1'b1), .GnssText(1'b0),
     .FrameW(8), .Diagnostics(1'b0), .HeartbeatLog2(16)
   ) device (
     .clk_i, .rst_ni, .pps_i, .gnss_rx_i, .imu_ready_i, .exposure_i, .trigger_o, .uart_rx_i, .uart_tx_o, .spi_sclk_i,

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <filesystem>
 
+#include "takt/calibration/words.h"
 #include "takt/error.h"
 #include "takt/estimators/clock/matched_stamps.h"
+#include "takt/math/median.h"
 #include "takt/recording/gateware.h"
 #include "takt/recording/gnss_log.h"
 #include "takt/time/time_scales.h"
@@ -98,10 +100,26 @@ const Stream* named(const std::vector<Stream>& all, const std::string& name) {
   return nullptr;
 }
 
+/// What the receiver says of its own clock (NAV-CLOCK). A common error of its pulses shows in nothing else.
+void add_receiver_clock(const LabelStream& labels, Estimate& e) {
+  if (labels.receiver_clock.empty()) return;
+  std::vector<double> accuracy, drift;
+  for (const ReceiverClock& c : labels.receiver_clock)
+    accuracy.push_back(c.bias_sigma_s), drift.push_back(1e6 * c.drift);
+  const double usual_s = median(std::move(accuracy));
+  e.extras.push_back({"receiver_accuracy_s", usual_s, {}});
+  e.extras.push_back({"receiver_drift_ppm", median(std::move(drift)), {}});
+  e.notes.push_back(
+      fmt::format("the receiver holds its time to be good to {} (NAV-CLOCK); an error that all pulses "
+                  "share is not in sigma",
+                  rounded_time_words(usual_s)));
+}
+
 void add_counts(const LabelStream& labels, Estimate& e) {
   for (const LabelStream::Count& c : labels.counts)
     e.extras.push_back({"messages_" + c.message, static_cast<double>(c.count), {}});
   if (!labels.counts.empty()) e.extras.push_back({"messages_broken", static_cast<double>(labels.broken), {}});
+  add_receiver_clock(labels, e);
   e.notes.insert(e.notes.end(), labels.notes.begin(), labels.notes.end());
 }
 
@@ -116,6 +134,9 @@ Estimate labels_alone(const LabelStream& labels, const std::string& path) {
   e.extras.push_back({"labels", static_cast<double>(labels.labels.size()), {}});
   e.extras.push_back({"labels_vouched_for", static_cast<double>(vouched), {}});
   e.extras.push_back({"pulse_errors", static_cast<double>(labels.pulse_errors.size()), {}});
+  e.extras.push_back({"events", static_cast<double>(labels.events.size()), {}});
+  if (!labels.events.empty())
+    e.notes.push_back("the receiver stamped events (TIM-TM2): --stream prints them, --frames pairs a camera with them");
   for (const TimeLabel& l : labels.labels)
     if (l.valid) {
       const auto utc = l.scale == LabelScale::gps ? to_utc(from_ns<Gps>(l.time_ns)) : from_ns<Utc>(l.time_ns);
@@ -225,11 +246,18 @@ ClockOutcome relate_clocks(const ClockJob& asked) {
   }
   if (!asked.input.empty() && fs::is_regular_file(asked.input) && looks_like_gateware(asked.input))
     return relate_board(asked);
-  if (!asked.frames.empty())
-    throw Error("frames alone", asked.frames, "give a capture of the gateware, or --strobes FILE");
+  if (!asked.frames.empty() && asked.input.empty() && asked.labels.empty())
+    throw Error("frames alone", asked.frames,
+                "give a capture of the gateware, --strobes FILE, or the log of a receiver that stamped them (--ubx)");
   const ClockJob job = with_input(asked);
   ClockOutcome out;
   const std::vector<LabelStream> logs = read_labels(job, out.files);
+  if (!job.frames.empty()) {
+    ClockOutcome marked = relate_marked_frames(job, logs);
+    marked.files.insert(marked.files.end(), out.files.begin(), out.files.end());
+    for (const LabelStream& log : logs) add_counts(log, marked.estimate);
+    return marked;
+  }
   std::optional<PairStream> pairs;
   if (!job.pairs.empty()) {
     pairs = read_pairs_csv(job.pairs, job.csv);
@@ -248,6 +276,7 @@ ClockOutcome relate_clocks(const ClockJob& asked) {
     out.estimate.notes.insert(out.estimate.notes.begin(), pairs->notes.begin(), pairs->notes.end());
   } else if (!job.labels.empty()) {
     out.estimate = labels_alone(logs.front(), job.labels.front());
+    out.stamps = event_stamps(job, logs.front());
   } else {
     throw Error("nothing to compare", "takt clock",
                 "give a folder, or --pps FILE with --nmea or --ubx FILE, or --pairs FILE");

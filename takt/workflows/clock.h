@@ -20,6 +20,7 @@ struct ClockJob {
   std::string frames;               ///< a camera's frames, to be paired with strobes
   std::string strobes;              ///< a table of them; else those of the capture in `input`
   std::string camera;               ///< which of the capture's cameras; may be empty where there is one
+  int event_channel = 0;            ///< input of the receiver whose events (TIM-TM2) are the frames' strobes
   std::vector<std::string> shared_trigger;  ///< device,arrival of two sensors that share a trigger
   ClockCsvOptions csv;
   PpsOptions pulses;

@@ -7,9 +7,12 @@
 #include <cmath>
 #include <filesystem>
 
+#include "takt/calibration/words.h"
 #include "takt/error.h"
+#include "takt/estimators/clock/event_marks.h"
 #include "takt/estimators/clock/matched_stamps.h"
 #include "takt/recording/gateware.h"
+#include "takt/time/time_scales.h"
 
 namespace takt {
 
@@ -21,11 +24,17 @@ std::string stem_of(const std::string& path) {
   return name;
 }
 
-std::vector<FrameNote> notes_of(const FrameTable& table) {
+/// Exposures are compared where strobes have a width.
+std::vector<FrameNote> notes_of(const FrameTable& table, bool widths) {
   std::vector<FrameNote> out;
   for (std::size_t i = 0; i < table.stamps_ns.size(); ++i)
-    out.push_back({table.stamps_ns[i], table.exposures_s.empty() ? 0 : table.exposures_s[i]});
+    out.push_back({table.stamps_ns[i], widths && !table.exposures_s.empty() ? table.exposures_s[i] : 0});
   return out;
+}
+
+/// GPS time to the reference that is asked for.
+std::int64_t on_reference_ns(std::int64_t gps_ns, const std::string& reference) {
+  return reference == "gps" ? gps_ns : to_ns(to_utc(from_ns<Gps>(gps_ns)));
 }
 
 }  // namespace
@@ -37,7 +46,9 @@ ClockOutcome relate_frames(const std::string& path, const StrobeStream& strobes,
     if (table.stamps_ns[i] <= table.stamps_ns[i - 1])
       throw Error(fmt::format("frame {} is not later than the one before", i + 1), path,
                   "sort the table by its stamps");
-  const FramePairing pairing = pair_frames(notes_of(table), strobes);
+  const bool widths = std::any_of(strobes.strobes.begin(), strobes.strobes.end(),
+                                  [](const FrameStrobe& s) { return s.end_ticks > s.start_ticks; });
+  const FramePairing pairing = pair_frames(notes_of(table, widths), strobes);
   ClockOutcome out;
   std::vector<MatchedStamps> matches;
   const double hz = strobes.counter.tick_hz;
@@ -70,7 +81,7 @@ ClockOutcome relate_frames(const std::string& path, const StrobeStream& strobes,
   } else {
     e = relate_matches(matches, camera, reference);
     e.method = "strobes";
-    e.frame_instant = "middle";
+    if (widths) e.frame_instant = "middle";
     if (pairing.disagreements > 0)
       e.notes.push_back(fmt::format("the pairing was lost and found again {} times", pairing.disagreements));
     const std::size_t unpaired = pairing.strobe_of.size() - matches.size();
@@ -85,6 +96,54 @@ ClockOutcome relate_frames(const std::string& path, const StrobeStream& strobes,
   e.extras.push_back({"frames_without_strobe", static_cast<double>(pairing.lost_strobes), {}});
   e.extras.push_back({"strobes_without_frame", static_cast<double>(pairing.lost_frames), {}});
   out.files.push_back(path);
+  return out;
+}
+
+ClockOutcome relate_marked_frames(const ClockJob& job, const std::vector<LabelStream>& logs) {
+  std::vector<EventMark> marks;
+  for (const LabelStream& log : logs) marks.insert(marks.end(), log.events.begin(), log.events.end());
+  const MarkedEvents events = marked_events(marks, job.event_channel);
+  if (events.strobes.size() == 0)
+    throw Error(fmt::format("stamps no events on input {} (TIM-TM2): {} marks, {} of which the receiver does not vouch "
+                            "for",
+                            job.event_channel, marks.size(), events.unvouched),
+                job.labels.empty() ? job.frames : job.labels.front(),
+                "give the receiver's log that holds them, a capture of the gateware, or --strobes FILE");
+  const std::string& reference = job.pulses.reference;
+  const double sigma_s = std::max(events.accuracy_s, 1e-9);
+  const auto to_reference = [&](std::int64_t gps_ns) {
+    return DisciplinedStamp{on_reference_ns(gps_ns, reference), sigma_s, {}, {}, ClockState::locked};
+  };
+  ClockOutcome out = relate_frames(job.frames, events.strobes, job.csv, reference, to_reference);
+  Estimate& e = out.estimate;
+  e.extras.push_back({"events", static_cast<double>(events.strobes.size()), {}});
+  e.extras.push_back({"events_lost", static_cast<double>(events.lost), {}});
+  e.extras.push_back({"events_not_vouched_for", static_cast<double>(events.unvouched), {}});
+  e.extras.push_back({"event_accuracy_s", events.accuracy_s, {}});
+  // The receiver's own error may be the same in all of them.
+  if (e.sigma_s) e.sigma_s = std::hypot(*e.sigma_s, events.accuracy_s);
+  for (OffsetPiece& piece : e.pieces) piece.sigma_s = std::hypot(piece.sigma_s, events.accuracy_s);
+  e.notes.push_back(
+      fmt::format("{}: the receiver's own stamps (TIM-TM2), which it holds to be good to {}",
+                  events.have_ends ? "middles of the exposures" : "rising edges, not middles of exposures",
+                  rounded_time_words(events.accuracy_s)));
+  return out;
+}
+
+std::vector<PulseStamp> event_stamps(const ClockJob& job, const LabelStream& log) {
+  std::vector<PulseStamp> out;
+  for (const EventMark& mark : log.events)
+    for (const auto& edge : {mark.rising_ns, mark.falling_ns}) {
+      if (!edge) continue;
+      PulseStamp s;
+      s.index = out.size();
+      s.device_ns = mark.scale == LabelScale::utc ? to_ns(to_gps(from_ns<Utc>(*edge))) : *edge;
+      s.used = mark.valid;
+      s.stamp.reference_ns = on_reference_ns(s.device_ns, job.pulses.reference);
+      s.stamp.sigma_s = mark.accuracy_s;
+      s.stamp.state = mark.valid ? ClockState::locked : ClockState::ambiguous;
+      out.push_back(s);
+    }
   return out;
 }
 

@@ -132,14 +132,13 @@ std::optional<LikelyLine> likely_line(const BoundHull& lower, const BoundHull& u
   if (!best || best->gap_ns < 0) return std::nullopt;
   const auto n = static_cast<double>(upper.size());
   const std::int64_t origin = best->line.epoch_ns;
-  // Delays beyond the least one, and how sharply n of them cut the gap: the likelihood falls by e for each `scale`.
-  const double excess =
-      std::max(0.5 * (mean_round_trip_ns - static_cast<double>(best->gap_ns)) * n / std::max(n - 1.5, 0.5), 1.0);
-  const double scale = excess / n;
+  // Exponential delays of unknown mean above an unknown least one: integrated over both, and over lines of this slope,
+  // the likelihood is the mean excess of the round trips over the gap to the power of −(2n − 2).
+  const double excess = std::max(mean_round_trip_ns - static_cast<double>(best->gap_ns), 1.0);
   const auto log_weight = [&](long double a) {
-    const auto fall = static_cast<double>((intercept(upper, a, origin) - intercept(lower, a, origin)) - best->gap_ns);
+    const auto fall = static_cast<double>(best->gap_ns - (intercept(upper, a, origin) - intercept(lower, a, origin)));
     const double relative = static_cast<double>(a) / usual_drift;
-    return fall / scale - std::log1p(relative * relative);
+    return -(2 * n - 2) * std::log1p(fall / excess) - 2 * std::log1p(relative * relative / 3);
   };
   // The likeliest slope lies between the widest gap's and zero.
   long double near = 0, far = best->line.drift;
@@ -173,7 +172,9 @@ std::optional<LikelyLine> likely_line(const BoundHull& lower, const BoundHull& u
   out.gap_ns = best->gap_ns;
   out.line = {origin, best->line.offset_ns + offset, best->line.drift + drift};
   out.drift_sigma = static_cast<double>(std::sqrt(std::max(drift2 - drift * drift, 0.0L)));
-  out.offset_sigma_ns = std::sqrt(static_cast<double>(std::max(offset2 - offset * offset, 0.0L)) + 0.5 * scale * scale);
+  // Across the gap the same likelihood falls by a power from its middle: of that the variance.
+  const double across = n > 2 ? excess * excess / (2 * (2 * n - 3) * (2 * n - 4)) : excess * excess;
+  out.offset_sigma_ns = std::sqrt(static_cast<double>(std::max(offset2 - offset * offset, 0.0L)) + across);
   return out;
 }
 

@@ -61,9 +61,9 @@ struct GapLine {
 };
 [[nodiscard]] std::optional<GapLine> line_between(const BoundHull& lower, const BoundHull& upper);
 
-/// The same for few exchanges: the mean of all lines, weighted by how likely delays of exponential kind make them and
-/// by what crystals do (±`usual_drift`, with long tails). `mean_round_trip_ns` is that of all exchanges. Approaches
-/// line_between as exchanges come in.
+/// The same for few exchanges: the mean of all lines, weighted by how likely exponential delays of unknown mean make
+/// them and by what crystals do (Student's t with three degrees of freedom and scale `usual_drift`).
+/// `mean_round_trip_ns` is that of all exchanges. Approaches line_between as exchanges come in.
 struct LikelyLine {
   OffsetLine line;
   long double gap_ns = 0;
@@ -71,7 +71,7 @@ struct LikelyLine {
   double drift_sigma = 0;
 };
 [[nodiscard]] std::optional<LikelyLine> likely_line(const BoundHull& lower, const BoundHull& upper,
-                                                    double mean_round_trip_ns, double usual_drift = 50e-6);
+                                                    double mean_round_trip_ns, double usual_drift = 40e-6);
 
 /// Guaranteed bounds at s: the extremes there of all lines that fit, each bound loosened by `slack_ns`. Nothing where
 /// no line fits.

@@ -14,7 +14,8 @@ namespace {
 constexpr std::size_t kept_samples = 4096;
 constexpr std::size_t kept_seconds = 128;  // over which labels must agree
 constexpr std::size_t enough_to_start = 8;
-constexpr double silent_s = 2.5;  // without a pulse the clock is in holdover
+constexpr std::size_t longest_distrust = 3600;  // pulses
+constexpr double silent_s = 2.5;                // without a pulse the clock is in holdover
 constexpr double least_gate_s = 5e-6;
 constexpr std::size_t bounding_pulses = 8;
 constexpr double most_drift_per_s = 2e-8;  // of a bare crystal's rate
@@ -22,11 +23,7 @@ constexpr double most_drift_per_s = 2e-8;  // of a bare crystal's rate
 }  // namespace
 
 LiveClock::LiveClock(const DeviceCounter& counter, const LabelOptions& labels, std::optional<double> pulse_error_s)
-    : counter_(counter),
-      options_(labels),
-      pulse_error_s_(pulse_error_s),
-      extender_(counter.bits, counter.tick_hz),
-      label_extender_(counter.bits, counter.tick_hz) {}
+    : counter_(counter), options_(labels), pulse_error_s_(pulse_error_s), extender_(counter.bits, counter.tick_hz) {}
 
 void LiveClock::start_over() {
   waiting_.clear();
@@ -35,6 +32,7 @@ void LiveClock::start_over() {
   labels_.clear();
   filter_ = ClockFilter{};
   running_ = false;
+  train_pulses_ = 0;
   gps_minus_count_.reset();
   state_ = ClockState::ambiguous;
 }
@@ -48,6 +46,7 @@ bool LiveClock::observe_pulse(std::int64_t raw) {
   const ExtendedCount at = extender_.extend(raw);
   if (at.restarts > restarts_) {
     restarts_ = at.restarts;
+    distrusted_ = 0;
     start_over();
     why_ = "the counter started again";
   }
@@ -85,7 +84,8 @@ bool LiveClock::try_to_start() {
   if (train.segments.empty() || train.segments.back().pulses.size() < enough_to_start) return false;
   const TrainSegment segment = train.segments.back();
   if (segment.pulses.back().ticks != waiting_.back()) return false;
-  if (running_) why_ = "the train of pulses has stepped";
+  // The new train may be the pulse's other edge: as offline, nine in ten must agree before either is believed.
+  if (running_ && gps_minus_count_) distrusted_ = std::min(9 * train_pulses_, longest_distrust);
   const std::deque<TimeLabel> labels = running_ ? std::deque<TimeLabel>{} : labels_;
   start_over();
   labels_ = labels;
@@ -97,6 +97,8 @@ bool LiveClock::try_to_start() {
 
 void LiveClock::accept(std::int64_t second, std::int64_t ticks) {
   ++accepted_;
+  ++train_pulses_;
+  if (distrusted_ > 0) --distrusted_;
   last_second_ = second;
   last_ticks_ = ticks;
   recent_.push_back({second, ticks, 0});
@@ -127,8 +129,7 @@ void LiveClock::accept(std::int64_t second, std::int64_t ticks) {
 void LiveClock::observe_label(const TimeLabel& label) {
   if (!label.arrival_ticks) return;
   TimeLabel l = label;
-  const ExtendedCount at = label_extender_.extend(*label.arrival_ticks);
-  l.arrival_ticks = at.ticks;
+  l.arrival_ticks = extender_.nearest(*label.arrival_ticks);
   labels_.push_back(std::move(l));
   while (labels_.size() > 12 * kept_seconds) labels_.pop_front();
 }
@@ -165,6 +166,12 @@ void LiveClock::judge_labels() {
   } else {
     gps_minus_count_ = found.gps_minus_count_s;
     scale_ = std::move(now);
+  }
+  if (distrusted_ > 0) {
+    gps_minus_count_.reset();
+    state_ = ClockState::ambiguous;
+    why_ = "the train of pulses has stepped: one of its edges is not the whole second";
+    return;
   }
   state_ = ClockState::locked;
   why_.clear();

@@ -46,7 +46,7 @@ class LiveClock {
   DeviceCounter counter_;
   LabelOptions options_;
   std::optional<double> pulse_error_s_;
-  CountExtender extender_, label_extender_;
+  CountExtender extender_;
   std::vector<std::int64_t> waiting_;  // edges before the start, or outside the train
   std::deque<TrainPulse> recent_;      // accepted
   std::deque<PhaseSample> samples_;
@@ -60,6 +60,8 @@ class LiveClock {
   ClockState state_ = ClockState::ambiguous;
   std::string why_ = "no pulses yet";
   std::size_t accepted_ = 0, rejected_ = 0, restarts_ = 0;
+  std::size_t train_pulses_ = 0;  // of this train
+  std::size_t distrusted_ = 0;    // so many pulses more, since a named train has stepped: one of both is not the second
 };
 
 }  // namespace takt

@@ -64,13 +64,15 @@ struct Window {
   std::size_t first = 0, count = 0;
   OffsetLine line;
   double offset_sigma_ns = 0, drift_sigma = 0;
-  double curvature_t = 0;  ///< t statistic of a parabola through the blocks' least delays
-  double sag_ns = 0;       ///< the parabola's middle against its chord
+  bool bent = false;  ///< no straight line runs through the blocks' least delays
+  double sag_ns = 0;  ///< the parabola's middle against its chord
   bool fits = true;
 };
 
 struct Parabola {
   double t = 0, sag = 0, residual = 0;
+  /// Von Neumann's ratio of what a straight line leaves: 2 ± 2/√blocks for noise, near 0 for any smooth bend.
+  double roughness = 2;
 };
 
 /// Least squares of 1, x, x² over blocks; x from −1 to 1.
@@ -99,11 +101,15 @@ Parabola parabola(const std::vector<double>& x, const std::vector<double>& y) {
   }
   if (!(sqq > 0)) return out;
   const double c = sqy / sqq;
-  double rest = 0;
+  double rest = 0, squares = 0, steps = 0, before = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const double r = y[i] - my - sxy / sxx * (x[i] - mx) - c * q[i];
+    const double straight = y[i] - my - sxy / sxx * (x[i] - mx), r = straight - c * q[i];
     rest += r * r;
+    squares += straight * straight;
+    if (i > 0) steps += (straight - before) * (straight - before);
+    before = straight;
   }
+  if (squares > 0) out.roughness = steps / squares * static_cast<double>(n) / static_cast<double>(n - 1);
   rest /= static_cast<double>(n - 3);
   out.residual = std::sqrt(rest);
   out.sag = c;
@@ -193,7 +199,11 @@ Window fit_window(std::span<const ClockPair> all, std::size_t first, std::size_t
   w.offset_sigma_ns = std::max(w.offset_sigma_ns, 0.3);  // stamps are whole ns
   if (count >= least_in_window) {
     const Parabola bend = block_test(p, two_way, w.line, blocks_of_window);
-    w.curvature_t = bend.t;
+    w.bent = std::abs(bend.t) > 5;
+    // Half a thermal cycle may be an S, which has no parabola: any smooth shape shows in finer blocks, at 4 σ.
+    const std::size_t fine = std::min<std::size_t>(4 * blocks_of_window, count / 16);
+    if (!w.bent && fine >= 2 * blocks_of_window)
+      w.bent = block_test(p, two_way, w.line, fine).roughness < 2 - 8 / std::sqrt(static_cast<double>(fine));
     w.sag_ns = bend.sag;
   }
   return w;
@@ -221,7 +231,7 @@ std::vector<Window> choose_windows(std::span<const ClockPair> p, const PairStrea
     if (k > 1 && p.size() / k < (contradicted ? least_in_bent_window : least_in_window)) break;
     std::vector<Window> now = fit_windows(p, s.two_way, k, options.noise_s);
     std::size_t bent = 0, misfit = 0;
-    for (const Window& w : now) misfit += !w.fits, bent += w.fits && std::abs(w.curvature_t) > 5;
+    for (const Window& w : now) misfit += !w.fits, bent += w.fits && w.bent;
     if (best.empty() || misfit == 0) best = now;
     // What only just fits is bent by as much as the bounds are apart: half as long is bent by a quarter of that.
     const bool only_just = contradicted && misfit == 0 && !halved;
@@ -255,8 +265,9 @@ double sag_allowance_ns(std::span<const ClockPair> p, const std::vector<Window>&
     if (!parts[i].fits || !parts[i - 1].fits) continue;
     const auto apart = static_cast<double>(parts[i].line.epoch_ns - parts[i - 1].line.epoch_ns);
     const auto change = static_cast<double>(parts[i].line.drift - parts[i - 1].line.drift);
-    const double own =
-        parts[i].drift_sigma * parts[i].drift_sigma + parts[i - 1].drift_sigma * parts[i - 1].drift_sigma;
+    // Two halves alone cannot say how much of their difference is noise: a quarter of it is taken off.
+    const double own = (windows.size() == 1 ? 0.25 : 1) * (parts[i].drift_sigma * parts[i].drift_sigma +
+                                                           parts[i - 1].drift_sigma * parts[i - 1].drift_sigma);
     const double rate = 1 / std::max(apart, 1.0) * length * length / 8;
     most = std::max(most, std::abs(change) * rate);
     sum += (change * change - own) * rate * rate;
@@ -441,7 +452,7 @@ Estimate by_kalman(const Tidy& tidy, const PairStream& s) {
     const double t = 1e-9 * static_cast<double>(p[best].device_ns - start);
     if (samples.empty() || t > samples.back().t_s) samples.push_back({t, 1e-9 * static_cast<double>(0.5L * (u + l))});
   }
-  const ClockNoise noise = fit_noise(samples, 1e-9);
+  const ClockNoise noise = fit_noise(samples, 1e-9, 4096);
   const SmoothedClock smoothed = smooth(samples, noise);
   const std::size_t k = samples.size() / 2;
   Estimate e;

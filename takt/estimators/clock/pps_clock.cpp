@@ -589,11 +589,11 @@ PpsResult discipline(const PulseStream& pulses, const std::vector<LabelStream>& 
       stamp.index = p.train->pulses[i].index;
       stamp.device_ns = device_ns(p.train->pulses[i].ticks, train.tick_hz);
       stamp.used = p.clock.used[i];
-      // The capture itself on the reference: its whole second, and how far the smoothed clock has it from there.
-      stamp.stamp.reference_ns =
-          reference_ns(p, second, scale, options) + (stamp.device_ns - at.device_ns) +
-          static_cast<std::int64_t>(std::llround(at.drift * static_cast<double>(stamp.device_ns - at.device_ns)));
-      stamp.stamp.sigma_s = at.sigma_s;
+      // The edge itself on the reference: its whole second, and how far the smoothed clock has it from there. It lies
+      // anywhere within its tick, on average in the middle.
+      const double since_ns = static_cast<double>(stamp.device_ns - at.device_ns) + 0.5e9 / train.tick_hz;
+      stamp.stamp.reference_ns = reference_ns(p, second, scale, options) + std::llround((1 + at.drift) * since_ns);
+      stamp.stamp.sigma_s = std::hypot(at.sigma_s, 1 / train.tick_hz / std::sqrt(12.0));
       const bool known = p.labels->known || !labels_given;
       stamp.stamp.state = known && e.answered() ? ClockState::locked : ClockState::ambiguous;
       if (options.pulse_error_s && stamp.used) {

@@ -32,13 +32,14 @@ void describe(PpsOptions& o, Visitor& v) {
   v("earliest_s", o.labels.earliest_s, "share of a second after its pulse from which on a label counts");
   v("latest_s", o.labels.latest_s, "share of a second after its pulse up to which a label counts");
   v("same_start", o.labels.same_start, "labels without arrival times: both logs began within the same second");
+  v("old_dates", o.labels.old_dates, "dates before May 2007 are meant, not a week number that has rolled over");
 }
 
 /// What became of one pulse.
 struct PulseStamp {
   std::size_t index = 0;  ///< in the stream
   std::int64_t device_ns = 0;
-  DisciplinedStamp stamp;  ///< of the whole second; smoothed by all pulses
+  DisciplinedStamp stamp;  ///< of the edge, half a tick behind the count; smoothed by all pulses
   bool used = false;       ///< false: an outlier
 };
 

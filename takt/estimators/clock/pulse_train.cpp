@@ -239,6 +239,14 @@ ExtendedCount CountExtender::extend(std::int64_t raw) {
   return {sum(raw, add_), restarts_};
 }
 
+std::int64_t CountExtender::nearest(std::int64_t raw) const {
+  const std::int64_t here = sum(raw, add_);
+  if (bits_ >= 63 || !last_raw_) return here;
+  const std::int64_t turn = std::int64_t{1} << bits_, apart = difference(raw, *last_raw_);
+  if (apart > turn / 2) return here - turn;
+  return apart < -turn / 2 ? sum(here, turn) : here;
+}
+
 PulseTrain find_pulse_train(const PulseStream& stream, bool falling) {
   PulseTrain out;
   out.tick_hz = stream.counter.tick_hz;

@@ -56,6 +56,8 @@ class CountExtender {
  public:
   CountExtender(int bits, double tick_hz) : bits_(bits), tick_hz_(tick_hz) {}
   ExtendedCount extend(std::int64_t raw);
+  /// The count that `raw` shows nearest to the last one extended, before or behind it.
+  [[nodiscard]] std::int64_t nearest(std::int64_t raw) const;
 
  private:
   int bits_;

@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr std::int64_t rollover_s = 1024LL * 604800;
+constexpr double shortest_wrap_s = 16;  // of a counter whose wraps labels can be told apart by
 constexpr double one_voice = 0.95;      // share of labels that must agree
 constexpr double most_in_guard = 0.03;  // share of labels near a pulse: more, and all of them may be late by a second
 constexpr std::size_t least_votes = 3;
@@ -69,6 +70,7 @@ struct Vote {
   bool by_table;
   std::string source;
   bool names_next = false;
+  double late = 0.5;  // share of a second after its pulse
 };
 
 /// Midnight UTC at the end of a month: only there UTC may leap.
@@ -170,7 +172,30 @@ std::optional<std::int64_t> late_by(const std::vector<Vote>& votes, std::int64_t
   return std::nullopt;
 }
 
-void decide(std::vector<Vote> votes, std::int64_t last_second, SegmentLabels& s, LabelledTrain& out) {
+/// A source whose arrivals scatter so near to a pulse that some must fall on its other side, though none of these few
+/// has been seen to.
+std::optional<std::string> scatters_over_a_pulse(const std::vector<Vote>& votes, std::int64_t agreed,
+                                                 const LabelOptions& options) {
+  std::map<std::string, std::vector<double>> late;
+  for (const Vote& v : votes)
+    if (v.gps_minus_count == agreed && v.source != own_file) late[v.source].push_back(v.late);
+  for (const auto& [source, all] : late) {
+    const auto n = static_cast<double>(all.size());
+    if (all.size() < 2) continue;
+    const double mean = std::accumulate(all.begin(), all.end(), 0.0) / n;
+    double squares = 0;
+    for (const double x : all) squares += (x - mean) * (x - mean);
+    // Two σ and more while few have come: by then some 2 % of the labels lie beyond.
+    const double reach = (2 + 8 / n) * std::sqrt(squares / (n - 1));
+    if (mean - reach < options.earliest_s || mean + reach > options.latest_s)
+      return fmt::format("{} labels come {:.2f} ± {:.2f} s behind their pulse: some may belong to a neighbour", source,
+                         mean, std::sqrt(squares / (n - 1)));
+  }
+  return std::nullopt;
+}
+
+void decide(std::vector<Vote> votes, std::int64_t last_second, const LabelOptions& options, SegmentLabels& s,
+            LabelledTrain& out) {
   std::stable_sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) { return a.count < b.count; });
   if (undo_rollover(votes))
     out.words.push_back("the receiver's week number rolled over: its dates are brought forward by 1024 weeks");
@@ -225,6 +250,19 @@ void decide(std::vector<Vote> votes, std::int64_t last_second, SegmentLabels& s,
                     *late == 1 ? "pulse has" : "pulses have", *late == 1 ? " has" : "s have", *late);
     return;
   }
+  constexpr std::size_t many = 200;  // so many show by themselves how many fall near a pulse
+  if (s.votes < many)
+    if (auto near = scatters_over_a_pulse(votes, best->first, options)) {
+      s.why_not = *std::move(near);
+      return;
+    }
+  if (!options.old_dates && s.gps_minus_count_s + gps_epoch_utc_s < table_ends_utc_s - rollover_s) {
+    s.why_not =
+        "the labels name a date before May 2007: the receiver's week number has rolled over (1024 weeks), or the log "
+        "is "
+        "that old (takt clock --old-dates)";
+    return;
+  }
   s.known = true;
 }
 
@@ -252,6 +290,56 @@ void vote_by_order(const PulseTrain& train, const LabelStream& labels, std::vect
     votes.front().push_back({*first, count, g.utc_s, g.by_table, l.source});
   }
   out.words.push_back("labels have no arrival times: the first label is taken to name the first pulse (--same-start)");
+}
+
+/// Arrivals on the pulses' counter without wraps. A log's own wraps follow from its order, but not during which wrap of
+/// the pulses it began: both logs must begin and end within a quarter of a wrap of each other, else it may be another.
+struct Arrivals {
+  std::vector<std::optional<ExtendedCount>> of;  // one a label
+  bool unsure = false;
+};
+Arrivals arrivals_of(const LabelStream& labels, const PulseTrain& train) {
+  Arrivals out;
+  CountExtender extender(labels.arrival_hz ? 64 : train.bits, train.tick_hz);
+  std::size_t runs = 0;
+  for (const TimeLabel& l : labels.labels) {
+    out.of.emplace_back();
+    if (!l.arrival_ticks) continue;
+    // Arrivals in seconds are ns on the pulses' clock.
+    const bool seconds = labels.arrival_hz && *labels.arrival_hz != train.tick_hz;
+    const std::int64_t ticks =
+        !seconds ? *l.arrival_ticks
+                 : static_cast<std::int64_t>(
+                       std::llroundl(static_cast<long double>(*l.arrival_ticks) * train.tick_hz / *labels.arrival_hz));
+    out.of.back() = extender.extend(ticks);
+    runs = out.of.back()->restarts + 1;
+  }
+  if (labels.arrival_hz || train.bits >= 63) return out;
+  const auto turn = static_cast<double>(std::int64_t{1} << train.bits);
+  const bool too_short = turn < shortest_wrap_s * train.tick_hz;
+  for (std::size_t run = 0; run < runs; ++run) {
+    std::optional<std::int64_t> first, last, first_pulse, last_pulse;
+    for (const auto& at : out.of)
+      if (at && at->restarts == run) first = first.value_or(at->ticks), last = at->ticks;
+    for (const TrainSegment& s : train.segments)
+      if (s.restarts == run) {
+        first_pulse = first_pulse.value_or(s.pulses.front().ticks);
+        last_pulse = s.pulses.back().ticks;
+      }
+    if (!first || !first_pulse) continue;
+    const double begin = static_cast<double>(*first_pulse - *first) / turn,
+                 end = static_cast<double>(*last_pulse - *last) / turn, whole = std::round(begin);
+    const bool sure = !too_short && std::abs(begin - whole) < 0.25 && std::abs(end - whole) < 0.25;
+    out.unsure = out.unsure || !sure;
+    for (auto& at : out.of)
+      if (at && at->restarts == run) {
+        if (sure)
+          at->ticks += static_cast<std::int64_t>(whole) << train.bits;
+        else
+          at.reset();
+      }
+  }
+  return out;
 }
 
 }  // namespace
@@ -284,23 +372,20 @@ LabelledTrain label_train(const PulseTrain& train, const PulseStream& pulses, co
       }
 
   std::size_t unplaced = 0, without_arrival = 0, label_count = 0;
+  bool unsure_wrap = false;
   std::vector<std::int64_t> unresolved_until(train.segments.size(), -1);
   for (const LabelStream& labels : logs) {
     label_count += labels.labels.size();
-    // Arrivals in seconds are ns on the pulses' clock.
-    const auto in_ticks = [&](std::int64_t arrival) {
-      if (!labels.arrival_hz || *labels.arrival_hz == train.tick_hz) return arrival;
-      return static_cast<std::int64_t>(
-          std::llroundl(static_cast<long double>(arrival) * train.tick_hz / *labels.arrival_hz));
-    };
-    CountExtender extender(labels.arrival_hz ? 64 : train.bits, train.tick_hz);
+    const Arrivals arrivals = arrivals_of(labels, train);
+    unsure_wrap = unsure_wrap || arrivals.unsure;
     std::map<std::string, std::int64_t> last;
-    for (const TimeLabel& l : labels.labels) {
-      if (!l.arrival_ticks) {
-        ++without_arrival;
+    for (std::size_t i = 0; i < labels.labels.size(); ++i) {
+      const TimeLabel& l = labels.labels[i];
+      if (!arrivals.of[i]) {
+        without_arrival += !l.arrival_ticks;
         continue;
       }
-      const ExtendedCount at = extender.extend(in_ticks(*l.arrival_ticks));
+      const ExtendedCount at = *arrivals.of[i];
       // The segment of the same run of the counter that the label falls into, or the last one before it.
       std::optional<std::size_t> segment;
       for (std::size_t k = 0; k < train.segments.size(); ++k) {
@@ -339,7 +424,7 @@ LabelledTrain label_train(const PulseTrain& train, const PulseStream& pulses, co
         continue;
       }
       const auto count = static_cast<std::int64_t>(n) + (l.names_next ? 1 : 0);
-      votes[*segment].push_back({g.second - count, count, g.utc_s, g.by_table, l.source, l.names_next});
+      votes[*segment].push_back({g.second - count, count, g.utc_s, g.by_table, l.source, l.names_next, late});
     }
   }
   const std::size_t before = std::accumulate(votes.begin(), votes.end(), std::size_t{0},
@@ -357,12 +442,19 @@ LabelledTrain label_train(const PulseTrain& train, const PulseStream& pulses, co
   if (blind && options.same_start)
     for (const LabelStream& labels : logs) vote_by_order(train, labels, votes, out);
   for (std::size_t k = 0; k < votes.size(); ++k) {
-    decide(std::move(votes[k]), train.segments[k].pulses.back().second, out.segments[k], out);
+    decide(std::move(votes[k]), train.segments[k].pulses.back().second, options, out.segments[k], out);
     if (!out.segments[k].known && blind && !options.same_start && out.segments[k].votes == 0)
       out.segments[k].why_not =
           "the labels have no arrival times, so nothing says which pulse they name; log arrivals, or give --same-start "
           "if both logs began within the same second";
   }
+  if (unsure_wrap)
+    for (SegmentLabels& found : out.segments)
+      if (!found.known && found.votes == 0)
+        found.why_not = fmt::format(
+            "the counter wraps every {:.3g} s, and the labels do not begin and end with the pulses: nothing says "
+            "during which wrap they came (log both from beginning to end, or widen the counter)",
+            std::ldexp(1, train.bits) / train.tick_hz);
   std::size_t stale_labels = 0, guard = 0;
   for (const SegmentLabels& s : out.segments) stale_labels += s.stale, guard += s.in_guard;
   if (stale_labels > 0)

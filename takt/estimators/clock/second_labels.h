@@ -16,6 +16,8 @@ struct LabelOptions {
   double earliest_s = 0.03, latest_s = 0.93;
   /// Labels without arrival times: both logs began within the same second, so the first label names the first pulse.
   bool same_start = false;
+  /// Dates before May 2007 are meant: else they are those of a receiver whose 10-bit week number has rolled over.
+  bool old_dates = false;
 };
 
 /// A change of GPS − UTC within the recording.
