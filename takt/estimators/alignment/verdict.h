@@ -20,7 +20,8 @@ inline constexpr double significant_sigmas = 4;
 /// What a fine fit says against itself.
 void doubt_fit(Estimate& e, const Problem& p, const LikelihoodFit& f, const Coarse& start);
 
-/// Where the two likelihoods are far apart and the plain correlation sides with the other one, the answer is in doubt.
+/// Where the two likelihoods are far apart and the plain correlation sides with the other one, by more than its own
+/// sigma, the answer is in doubt.
 void hear_third_witness(Estimate& answer, const Estimate& second, const Estimate& correlation);
 
 /// A method that knows less than the likelihood is not surer than it.
