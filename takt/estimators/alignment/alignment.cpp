@@ -290,7 +290,7 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
     const Estimate* const knows_rows = bearings_win ? &all.back() : &second;
     for (Estimate* e : {&all[0], &all[1], &all[2], &all[3], &second})
       if (e != knows_rows) refer_to_stamped_row(*e, sensor.apparent_row, readout_s, by_bearings.readout_sigma_s);
-    hear_third_witness(all.back(), second, all.front());
+    hear_third_witness(all.back(), second, all.front(), bearings_win && fine.relative_error < credible_relative_error);
     join(all.back(), second, fine, other);
     all.push_back(std::move(second));
   }

@@ -109,10 +109,11 @@ double sides_with(const Estimate& witness, const Estimate& a, const Estimate& b)
 
 }  // namespace
 
-void hear_third_witness(Estimate& answer, const Estimate& second, const Estimate& correlation) {
+void hear_third_witness(Estimate& answer, const Estimate& second, const Estimate& correlation, bool knows_translation) {
   if (!answer.answered() || !correlation.answered()) return;
   if (!second.answered()) {
-    answer.doubt(Verdict::weak, "with and without translation in the model do not both lead to an answer");
+    if (!knows_translation)
+      answer.doubt(Verdict::weak, "with and without translation in the model do not both lead to an answer");
     return;
   }
   const double apart = apart_s(answer, second);
