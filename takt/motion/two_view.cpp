@@ -40,12 +40,14 @@ struct Linearised {
   std::vector<Tangent> basis;        ///< d residual / d v, before the parallax scale
   std::vector<Tangent> by_rotation;  ///< d residual / d δ
   std::vector<double> scale;         ///< of v, given from outside
+  std::vector<Vec2> extra;           ///< likewise, beside v: d residual
   std::vector<double> nearness;      ///< of v, measured: inverse depth over the mean's
 
   Linearised(const BearingPairs& pairs, const Quat& rotation) {
     const Mat3 r = rotation.toRotationMatrix();
     const auto n = static_cast<std::size_t>(pairs.from.cols());
     residual.resize(n), basis.resize(n), by_rotation.resize(n), scale.assign(n, 1.0), nearness.assign(n, 1.0);
+    extra.assign(n, Vec2::Zero());
     for (std::size_t i = 0; i < n; ++i) {
       const auto c = static_cast<Eigen::Index>(i);
       const Vec3 p = r * pairs.to.col(c);
@@ -54,18 +56,23 @@ struct Linearised {
       // R·exp(δ)·to = p + R·(δ × to) = p − hat(p)·R·δ, so the prediction moves by that much.
       by_rotation[i] = -basis[i] * hat(p) * r;
       if (pairs.parallax_scale.size() > 0) scale[i] = pairs.parallax_scale[c];
+      if (pairs.parallax_extra.cols() > 0) extra[i] = basis[i] * pairs.parallax_extra.col(c);
     }
   }
   [[nodiscard]] std::size_t size() const { return residual.size(); }
   [[nodiscard]] Tangent by_parallax(std::size_t i) const { return scale[i] * nearness[i] * basis[i]; }
-  [[nodiscard]] Vec2 after(std::size_t i, const Vec3& v) const { return residual[i] - by_parallax(i) * v; }
+  /// The displacement that v makes at the mean's depth.
+  [[nodiscard]] Vec2 along(std::size_t i, const Vec3& v) const { return scale[i] * (basis[i] * v) + extra[i]; }
+  /// What is left for δ and v.
+  [[nodiscard]] Vec2 wanted(std::size_t i) const { return residual[i] - nearness[i] * extra[i]; }
+  [[nodiscard]] Vec2 after(std::size_t i, const Vec3& v) const { return wanted(i) - by_parallax(i) * v; }
 };
 
 /// Inverse covariance of a match's residual, in units of 1/(2σ²): one across the parallax, less along it.
 /// `shared` matches are taken to err together along it.
 Eigen::Matrix2d weight(const Linearised& l, std::size_t i, const Vec3& v, double sigma, double depth_scatter,
                        double shared) {
-  const Vec2 along = l.scale[i] * (l.basis[i] * v);
+  const Vec2 along = l.along(i, v);
   const double ratio = depth_scatter * depth_scatter * shared / (2 * sigma * sigma);
   // (I + ratio·a·aᵀ)⁻¹ = I − a·aᵀ·ratio/(1 + ratio·|a|²)
   return Eigen::Matrix2d::Identity() - along * along.transpose() * (ratio / (1 + ratio * along.squaredNorm()));
@@ -84,7 +91,7 @@ Noise measure_noise(const Linearised& l, const Vec3& v, double sigma_before, con
   const double all = static_cast<double>(l.size());
   for (std::size_t i = 0; i < l.size(); ++i) {
     const Vec2 e = l.after(i, v);
-    const Vec2 along = l.basis[i] * v;
+    const Vec2 along = l.along(i, v);
     const double length = along.norm();
     const Vec2 normal = length > 0 ? Vec2(-along.y() / length, along.x() / length) : Vec2(0, 1);
     across[i] = std::abs(normal.dot(e));
@@ -114,7 +121,7 @@ struct ParallaxFit {
 /// near points more than far ones, would be taken for a rotation.
 void measure_nearness(Linearised& l, const Vec3& v, double sigma, double depth_scatter) {
   for (std::size_t i = 0; i < l.size(); ++i) {
-    const Vec2 along = l.scale[i] * (l.basis[i] * v);
+    const Vec2 along = l.along(i, v);
     const double signal = depth_scatter * depth_scatter * along.squaredNorm(), noise = 2 * sigma * sigma;
     const double seen = along.squaredNorm() > 0 ? along.dot(l.residual[i]) / along.squaredNorm() : 1;
     l.nearness[i] = std::clamp((signal * seen + noise) / (signal + noise), 0.0, 5.0);
@@ -135,7 +142,7 @@ ParallaxFit fit_parallax(Linearised& l, const TwoViewOptions& options) {
                                                     : weight(l, i, fit.v, fit.noise.sigma, options.depth_scatter, 1));
       const Tangent b = l.by_parallax(i);
       h += b.transpose() * w * b;
-      g += b.transpose() * (w * l.residual[i]);
+      g += b.transpose() * (w * l.wanted(i));
     }
     h.diagonal().array() += 1e-12 * h.trace();
     const Vec3 v = h.ldlt().solve(g);
@@ -167,7 +174,7 @@ TwoViewNormals normals(const Linearised& l, const ParallaxFit& fit, std::span<co
       row.col(3 + k) = -l.basis[i] * extra[static_cast<std::size_t>(k)].col(static_cast<Eigen::Index>(i));
     row.rightCols<3>() = l.by_parallax(i);
     full.noalias() += row.transpose() * w * row;
-    const Vec2 weighted = w * l.residual[i];
+    const Vec2 weighted = w * l.wanted(i);
     g.noalias() += row.transpose() * weighted;
     if (options.each_match) each.col(static_cast<Eigen::Index>(i)).noalias() = row.transpose() * weighted;
   }

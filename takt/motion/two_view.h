@@ -20,7 +20,9 @@ namespace takt {
 /// Matched unit bearings, one column a match.
 struct BearingPairs {
   Eigen::Matrix3Xd from, to;
-  Eigen::VectorXd parallax_scale;  ///< empty, or v's factor for each match (rolling shutter: its interval / nominal)
+  /// Empty, or what v is for each match: scale·v + extra (rolling shutter: each row is seen at its own time).
+  Eigen::VectorXd parallax_scale;
+  Eigen::Matrix3Xd parallax_extra;
 };
 
 /// What each match is taken for. A rotation that is not quite right looks like depth, noise and outliers in part, so

@@ -31,6 +31,18 @@ RotationSignal camera_rotation(const CameraStream& camera, const AlignJob& job, 
   return visual_rotation(camera, job.assumed_fov_rad, options);
 }
 
+RotationSignal rotation_of_tracks(const TrackStream& tracks, const AlignJob& job) {
+  if (!job.intrinsics.empty()) {
+    TrackStream known = tracks;
+    known.model = read_camera_file(job.intrinsics, tracks.name);
+    return track_rotation(known);
+  }
+  if (!(tracks.model.fx > 0))
+    throw Error("has no intrinsics, so its pixels have no directions", tracks.name,
+                "write them into calib.yaml, or give a camera file: --intrinsics FILE");
+  return track_rotation(tracks);
+}
+
 ImuStream tidied(const ImuStream& imu, std::vector<std::string>& notes) {
   Tidied out = tidy(imu);
   for (const std::string& word : out.words) notes.push_back(fmt::format("{}: {}", imu.name, word));
@@ -39,7 +51,7 @@ ImuStream tidied(const ImuStream& imu, std::vector<std::string>& notes) {
 
 RotationSignal rotation_of(const StreamRef& stream, const AlignJob& job, std::vector<std::string>& notes) {
   if (stream.camera) return camera_rotation(*stream.camera, job, notes);
-  if (stream.tracks) return track_rotation(*stream.tracks);
+  if (stream.tracks) return rotation_of_tracks(*stream.tracks, job);
   if (stream.attitude) return attitude_rotation(*stream.attitude);
   const ImuStream imu = tidied(*stream.imu, notes);
   if (imu.size() < 8)

@@ -61,6 +61,19 @@ void expect_damage_is_survived(const std::string& path) {
   }
 }
 
+TEST(AlignTracks, WithoutIntrinsicsSaySo) {
+  const TemporaryFolder folder;
+  std::string tracks = "t_ns,feature_id,u_px,v_px\n", imu = "t_ns,wx,wy,wz\n";
+  for (int i = 0; i < 40; ++i) {
+    tracks += std::to_string(50'000'000LL * i) + ",1,320,240\n";
+    imu += std::to_string(10'000'000LL * i) + ",0.1,0.2,0.3\n";
+  }
+  (void)folder.file("cam0_tracks.csv", tracks);
+  (void)folder.file("imu0.csv", imu);
+  (void)folder.file("calib.yaml", "cam0:\n  resolution: [640, 480]\n");
+  EXPECT_NE(complaint([&] { (void)aligned(folder.path()); }).find("cam0: has no intrinsics"), std::string::npos);
+}
+
 TEST(AlignRecordings, DamagedFilesAreRefusedInOneLine) {
   TAKT_NEEDS_REAL_DATA("gopro");
   for (const char* path :

@@ -32,6 +32,8 @@ constexpr double fastest_readout_s = 3e-3;
 /// How well it is known which row an apparent rotation stands for, as a share of the height.
 constexpr double apparent_row_sigma = 0.03;
 constexpr double rotation_known_rad = 0.035;
+/// A correlation that is an answer by itself shares this much of the rotation.
+constexpr double settled_share = 0.7;
 
 Estimate blank(const RotationSignal& sensor, const ImuStream& reference, const char* method) {
   Estimate e;
@@ -208,11 +210,18 @@ Estimate tdicp_estimate(const Problem& p, const Coarse& start, const Estimate& b
   return e;
 }
 
-/// Where no fine fit settled, the correlation's answer is what there is.
-void fall_back(std::vector<Estimate>& all) {
+/// Where no fine fit settled, the correlation's answer is what there is, if the two share most of their rotation.
+void fall_back(std::vector<Estimate>& all, const Correlation& c) {
   Estimate coarse = all.front();
   coarse.method = "ml";
-  coarse.doubt(Verdict::weak, "the fine alignment did not settle: this is the correlation's answer");
+  const double shared = std::pow(c.peaks.front().r, 2);
+  if (shared < settled_share)
+    coarse.doubt(Verdict::refused,
+                 fmt::format("sensor and gyro disagree: at no offset do they share more than {:.0f} % "
+                             "of the rotation, and no fine alignment settles",
+                             100 * shared));
+  else
+    coarse.doubt(Verdict::weak, "the fine alignment did not settle: this is the correlation's answer");
   for (Estimate& e : all)
     if (e.method == "ml") e = coarse;
 }
@@ -281,7 +290,7 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
     const Estimate* const knows_rows = bearings_win ? &all.back() : &second;
     for (Estimate* e : {&all[0], &all[1], &all[2], &all[3], &second})
       if (e != knows_rows) refer_to_stamped_row(*e, sensor.apparent_row, readout_s, by_bearings.readout_sigma_s);
-    hear_third_witness(all.back(), second, all.front());
+    hear_third_witness(all.back(), second, all.front(), bearings_win && fine.relative_error < credible_relative_error);
     join(all.back(), second, fine, other);
     all.push_back(std::move(second));
   }
@@ -290,7 +299,7 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
       if (!e.method.starts_with("ml") && e.answered())
         e.doubt(Verdict::weak, fmt::format("the clocks drift by {:.1f} ± {:.1f} ppm, which this method does not model",
                                            1e6 * fine.drift, 1e6 * fine.drift_sigma));
-  if (went_astray(fine, coarse)) fall_back(all);
+  if (went_astray(fine, coarse)) fall_back(all, coarse);
   const Estimate& likelihood =
       *std::find_if(all.begin(), all.end(), [](const Estimate& e) { return e.method == "ml"; });
   for (Estimate& e : all)

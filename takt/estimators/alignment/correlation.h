@@ -22,10 +22,10 @@ struct Peak {
 /// the axes after; fitting the rotation (Wahba's problem) at every lag costs little more and keeps the signs, without
 /// which a weak or short motion is lost.
 struct Correlation {
-  std::vector<Peak> peaks;  ///< best first, apart from each other by more than a lobe
-  double lobe_s = 0;        ///< half-width of a main lobe
-  double significance = 0;  ///< evidence that noise alone would reach once in a million searches
-  double rival_margin = 0;  ///< evidence of the first over the second; infinite without a second
+  std::vector<Peak> peaks;                        ///< best first, apart from each other by more than a lobe
+  double lobe_s = 0;                              ///< half-width of a main lobe
+  double significance = 0;                        ///< evidence that noise alone would reach once in a million searches
+  double rival_margin = 0;                        ///< evidence of the first over the second; infinite without a second
   double searched_from_s = 0, searched_to_s = 0;  ///< internal offsets
   std::vector<double> curve_offset_s, curve_r;    ///< correlation, thinned for a plot
   std::string refusal;                            ///< why there is no peak at all; empty if there is one

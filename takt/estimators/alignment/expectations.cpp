@@ -28,73 +28,54 @@ double relative_variance(const std::vector<Linear>& all, double scale, double be
   return std::clamp(median(std::move(excess)), 0.0, 0.25);
 }
 
-namespace {
-
-using Six = Eigen::Matrix<double, 6, 1>;
-using Six6 = Eigen::Matrix<double, 6, 6>;
-using Row = Eigen::Matrix<double, 3, 6>;
-
-struct SeenParallax {
-  Vec3 v;
-  Row by;  ///< mean, and lever
-};
-
-struct ParallaxFit {
-  Six x = Six::Zero();
-  Six6 information = Six6::Zero();
-  Mat3 spread;
-};
-
-/// A heavy-tailed fit (Student t): stops and bursts are part of many recordings.
-ParallaxFit fit_parallax(const std::vector<SeenParallax>& seen, double lever_most) {
+ParallaxExpectation expected_parallax(const std::vector<Linear>& all) {
+  constexpr std::size_t fewest = 30;
+  // A heavy-tailed fit (Student t): stops and bursts are part of many recordings.
   constexpr double freedom = 3;
-  ParallaxFit fit;
+  std::vector<Vec3> seen;
+  for (const Linear& l : all)
+    if (l.used) seen.push_back(l.parallax);
+  ParallaxExpectation out;
+  if (seen.size() < fewest) return out;
   Mat3 covariance = Mat3::Identity() * 1e6;
   for (int pass = 0; pass < 10; ++pass) {
     const Mat3 inverse = covariance.inverse();
-    Six6 h = Six6::Zero();
-    Six g = Six::Zero();
+    Vec3 sum = Vec3::Zero();
     Mat3 squares = Mat3::Zero();
-    for (const SeenParallax& s : seen) {
-      const Vec3 e = s.v - s.by * fit.x;
+    double weights = 0;
+    for (const Vec3& v : seen) {
+      const Vec3 e = v - out.mean;
       const double w = (freedom + 3) / (freedom + e.dot(inverse * e));
-      h += w * s.by.transpose() * inverse * s.by;
-      g += w * s.by.transpose() * inverse * e;
-      squares += w * e * e.transpose();
+      sum += w * e, squares += w * e * e.transpose(), weights += w;
     }
-    h.diagonal().tail<3>().array() += 1 / (lever_most * lever_most);
-    g.tail<3>() -= fit.x.tail<3>() / (lever_most * lever_most);
-    fit.x += h.ldlt().solve(g);
-    fit.information = h;
+    out.mean += sum / weights;
     covariance = squares / static_cast<double>(seen.size()) + 1e-14 * Mat3::Identity();
   }
   // The spread of a Student t with three degrees of freedom is three times its scale matrix.
-  fit.spread = 3 * covariance;
-  return fit;
+  out.information = (3 * covariance).inverse();
+  return out;
 }
 
-}  // namespace
-
-ParallaxExpectation expected_parallax(const std::vector<Linear>& all, double overlap) {
-  std::vector<SeenParallax> seen;
+double parallax_with_turn(const std::vector<Linear>& all) {
+  const auto by_lever = [](const Linear& l) -> Mat3 {
+    return exp_so3(l.predicted).toRotationMatrix() - Mat3::Identity();
+  };
+  // A steady way is none that goes with the turning.
+  Vec3 mean_v = Vec3::Zero();
+  Mat3 mean_by = Mat3::Zero();
+  double n = 0, turns = 0;
+  for (const Linear& l : all)
+    if (l.used) mean_v += l.parallax, mean_by += by_lever(l), turns += l.predicted.squaredNorm(), n += 1;
+  if (!(turns > 0)) return 0;
+  mean_v /= n, mean_by /= n;
+  Mat3 h = 1e-9 * Mat3::Identity();
+  Vec3 g = Vec3::Zero();
   for (const Linear& l : all) {
     if (!l.used) continue;
-    SeenParallax s{l.parallax, Row::Zero()};
-    s.by.leftCols<3>().setIdentity();
-    s.by.rightCols<3>() = exp_so3(l.predicted).toRotationMatrix() - Mat3::Identity();
-    seen.push_back(s);
+    const Mat3 by = by_lever(l) - mean_by;
+    h += by.transpose() * by, g += by.transpose() * (l.parallax - mean_v);
   }
-  ParallaxExpectation out;
-  if (seen.size() < 30) return out;
-  // The lever is not used to expect a pair's own parallax: over a short recording it would explain what it should not.
-  constexpr double none = 1e-6, lever_most = 0.3;
-  const ParallaxFit plain = fit_parallax(seen, none), levered = fit_parallax(seen, lever_most);
-  out.mean = plain.x.head<3>();
-  out.information = plain.spread.inverse();
-  out.lever = levered.x.tail<3>();
-  // Neighbours share their motion, for about twice as long as they run.
-  out.lever_sigma = std::sqrt(2 * overlap * levered.information.inverse().bottomRightCorner<3, 3>().trace() / 3);
-  return out;
+  return std::sqrt(g.dot(h.ldlt().solve(g)) / turns);
 }
 
 }  // namespace takt::alignment

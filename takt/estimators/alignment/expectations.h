@@ -14,7 +14,11 @@ namespace takt::alignment {
 
 /// Rotation and sideways translation look alike in a narrow view, so what is usual of the parallax is worth much of the
 /// information. Its spread includes the noise and whatever an offset not yet found has turned into parallax, so it
-/// promises too little rather than too much. `overlap` items look at the same motion.
-[[nodiscard]] ParallaxExpectation expected_parallax(const std::vector<Linear>& all, double overlap);
+/// promises too little rather than too much.
+[[nodiscard]] ParallaxExpectation expected_parallax(const std::vector<Linear>& all);
+
+/// What of the parallax goes with the turning, v ≈ (R_from_to − I)·lever, as a share of the turn: a camera held at some
+/// distance from where it turns about. That distance along the axis of a turn makes no difference.
+[[nodiscard]] double parallax_with_turn(const std::vector<Linear>& all);
 
 }  // namespace takt::alignment

@@ -259,6 +259,19 @@ TEST_P(AlignmentLaws, ASearchThatLeavesTheTruthOutIsNotTrusted) {
   EXPECT_NE(e.verdict, Verdict::trusted) << words(e);
 }
 
+TEST_P(AlignmentLaws, ASearchBesideTheRecordingsIsRefused) {
+  AlignmentOptions options;
+  options.search_s = 0.5;
+  expect_refused(said(answers(
+      usual(sensor()), "far off", [](Recorded& r) { shift_sensor(r, std::chrono::hours(50)); }, options)));
+}
+
+TEST_P(AlignmentLaws, AReferenceOfNothingButZerosIsRefused) {
+  expect_refused(said(answers(usual(sensor()), "zeros", [](Recorded& r) {
+    for (Vec3& w : r.reference.gyro_rad_s) w.setZero();
+  })));
+}
+
 TEST_P(AlignmentLaws, TooShortARecordingIsRefusedOrRight) {
   for (const double length_s : {0.4, 1.0, 2.0, 4.0}) {
     SCOPED_TRACE(length_s);

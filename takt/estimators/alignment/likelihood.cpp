@@ -19,10 +19,14 @@ namespace {
 /// gyro, an inexact focal length, a translation that goes with the rotation. Over a short recording such an error would
 /// pass for an offset; held this loosely it widens the uncertainty instead.
 constexpr double gain_sigma = 0.03;
-/// Crystals differ by tens of ppm, cheap resonators by hundreds.
-constexpr double drift_sigma = 1e-3;
+/// Crystals differ by tens of ppm, cheap resonators by hundreds. What misfits for a while (depths, a lens) passes for
+/// more over a short recording.
+constexpr double drift_sigma = 1.5e-4;
 /// Even a readout from a data sheet is not known better than to this share of it.
 constexpr double readout_known_to = 2e-3;
+/// While a frame is read the camera moves on; what of that goes with the turning passes for readout. The curve of its
+/// way takes it off, but for this share.
+constexpr double way_known_to = 0.25;
 constexpr double outlier_sigmas = 4;
 struct Normals {
   Normal h = Normal::Zero();
@@ -77,11 +81,13 @@ Normals accumulate(const std::vector<Linear>& all, const Arma11& errors, double 
 }
 
 /// Holds what is not asked for, lends a little stiffness to what the motion may not show (the rotation about the only
-/// axis turned about), and pulls the gain towards none. `s2` is the variance that the normals take for one.
+/// axis turned about), and pulls drift and gain towards none. `s2` is the variance that the normals take for one.
 void add_priors(Normals& n, const LikelihoodOptions& options, const Parameters& x, double readout_sigma, double s2) {
   const double hold = 1e30;
   for (int k = 0; k < 3; ++k) n.h(rotation + k, rotation + k) += s2, n.h(bias + k, bias + k) += s2;
-  n.h(drift, drift) += options.drift ? s2 / (drift_sigma * drift_sigma) : hold;
+  const double drift_stiffness = s2 / (drift_sigma * drift_sigma);
+  n.h(drift, drift) += options.drift ? drift_stiffness : hold;
+  if (options.drift) n.g[drift] -= drift_stiffness * x.drift;
   const double readout_stiffness = s2 / (readout_sigma * readout_sigma);
   n.h(readout, readout) += options.readout ? readout_stiffness : hold;
   if (options.readout) n.g[readout] -= readout_stiffness * (x.readout_s - options.readout_prior_s);
@@ -205,13 +211,23 @@ void keep_residuals(const std::vector<Item>& items, const std::vector<Linear>& a
   }
 }
 
+/// As if the unknown had been measured with that much more noise: what goes with it is less certain too.
+void add_noise(Normal& covariance, Unknown unknown, double variance) {
+  const State with = covariance.col(unknown) / covariance(unknown, unknown);
+  covariance += variance * with * with.transpose();
+}
+
+/// An unknown whose own errors last longer than the offset's, by a factor of σ.
+void widen(Normal& covariance, Unknown unknown, double factor) {
+  if (factor > 1) add_noise(covariance, unknown, (factor * factor - 1) * covariance(unknown, unknown));
+}
+
 }  // namespace
 
 LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, const LikelihoodOptions& options) {
   LikelihoodFit fit;
   StepModel model(problem, options);
   Items items(problem, options.bearings);
-  ParallaxExpectation parallax;
   Parameters x{start.offset_s, start.drift,  start.centre_s,         start.R_reference_sensor,
                Vec3::Zero(),   Mat3::Zero(), options.readout_start_s};
   Arma11 errors;
@@ -220,8 +236,12 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
   Normals n;
   LikelihoodOptions held = options;
   const bool readout_known = options.readout_prior_sigma_s == 0;
-  // Translation while a frame is read passes for readout, by as much as its lever is unknown.
-  const auto readout_tolerance = [&] { return std::hypot(parallax.lever_sigma, readout_known_to) * x.readout_s; };
+  double with_turn = 0;
+  const auto learn_way = [&](const std::vector<Linear>& steps) {
+    with_turn = parallax_with_turn(steps);
+    model.expect_way(items.way(steps));
+  };
+  const auto readout_tolerance = [&] { return std::hypot(way_known_to * with_turn, readout_known_to) * x.readout_s; };
   const auto readout_sigma = [&] {
     return readout_known ? std::max(1e-6, std::abs(readout_tolerance())) : options.readout_prior_sigma_s;
   };
@@ -234,12 +254,17 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
     held.readout = options.readout && fit.iterations >= (readout_known ? 8 : 5);
     if (options.bearings && (fit.iterations == 2 || fit.iterations == 4)) model.remove_bias(x.bias);
     // A second time where the readout, which joins late, was not yet there the first time.
-    if (options.bearings && (fit.iterations == 6 || (options.readout && fit.iterations == 10)))
+    if (options.bearings && (fit.iterations == 6 || (options.readout && fit.iterations == 10))) {
+      if (options.readout) learn_way(items.linearise(model, x, stride));
       items.settle(model, x, stride);
+    }
     all = items.linearise(model, x, stride);
     // What is expected of the recording is measured once the bias and the rotation are about right, then kept.
     if (fit.iterations >= 3 && fit.iterations < 6) {
-      if (options.bearings) model.expect_parallax(parallax = expected_parallax(all, items.overlap()));
+      if (options.bearings) {
+        model.expect_parallax(expected_parallax(all));
+        learn_way(all);
+      }
       relative = relative_variance(all, residual_scale(all), relative);
       model.expect_relative_error(relative);
       all = items.linearise(model, x, stride);
@@ -298,12 +323,10 @@ LikelihoodFit maximise_likelihood(const Problem& problem, const Coarse& start, c
   const double scatter = inflation_by_window(fit.windows), widened = remembered * scatter;
   fit.inflation = inflation_by_time(scores, shape, offset) * scatter;
   covariance *= widened * widened;
+  if (options.drift) widen(covariance, drift, remembered_by(drift) / remembered);
   if (options.readout && !readout_known) {
-    const double own = remembered_by(readout) / widened;
-    const double extra = std::max(0.0, own * own - 1) * covariance(readout, readout) + std::pow(readout_tolerance(), 2);
-    // As if the readout had been measured with that much more noise: what goes with it is less certain too.
-    const State with = covariance.col(readout) / covariance(readout, readout);
-    covariance += extra * with * with.transpose();
+    widen(covariance, readout, remembered_by(readout) / widened);
+    add_noise(covariance, readout, std::pow(readout_tolerance(), 2));
   }
 
   judge(all, scale, fit);

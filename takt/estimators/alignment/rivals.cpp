@@ -42,7 +42,7 @@ double per_step(const LikelihoodFit& fit) {
 }  // namespace
 
 void settle_rivals(const Problem& problem, Correlation& correlation) {
-  if (!(correlation.rival_margin < clear_margin)) return;
+  if (correlation.peaks.size() < 2 || !(correlation.rival_margin < clear_margin)) return;
   const std::size_t rivals = std::min(correlation.peaks.size(), most_rivals);
   std::vector<LikelihoodFit> fits;
   for (std::size_t i = 0; i < rivals; ++i) fits.push_back(fit_at(problem, correlation.peaks[i], correlation.lobe_s));

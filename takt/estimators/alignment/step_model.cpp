@@ -8,6 +8,7 @@
 #include <future>
 
 #include "takt/estimators/alignment/readout_turn.h"
+#include "takt/math/median.h"
 
 namespace takt::alignment {
 
@@ -121,6 +122,7 @@ Linear StepModel::linearise(const Item& item, const Parameters& x, const MatchWe
   out.root = symmetric_root(with_noise(
       information, gyro_density_ * gyro_density_ * (p->t1 - p->t0) + relative_variance_ * p->turned.squaredNorm()));
   out.predicted = log_so3(p->turn);
+  out.moved = gyro_->attitude(p->t0) * (x.R_reference_sensor * out.parallax);
   out.used = true;
   return out;
 }
@@ -129,7 +131,7 @@ StepModel::Seen StepModel::see(const Item& item, const Prediction& predicted, co
                                double readout_s) const {
   const std::vector<BearingMatch>& matches = *item.matches;
   const auto n = static_cast<Eigen::Index>(matches.size());
-  Seen seen{{Eigen::Matrix3Xd(3, n), Eigen::Matrix3Xd(3, n), {}}, {}};
+  Seen seen{{Eigen::Matrix3Xd(3, n), Eigen::Matrix3Xd(3, n), {}, {}}, {}};
   const double stretch = std::exp(-options_.log_focal);
   const auto refocus = [&](const Eigen::Vector3f& b) {
     return Vec3(b.x() * stretch, b.y() * stretch, b.z()).normalized();
@@ -140,29 +142,31 @@ StepModel::Seen StepModel::see(const Item& item, const Prediction& predicted, co
   }
   if (readout_s == 0 && !options_.readout) return seen;
 
-  seen.pairs.parallax_scale.resize(n);
+  seen.pairs.parallax_scale.resize(n), seen.pairs.parallax_extra.resize(3, n);
   if (options_.readout) seen.shear.resize(3, n);
   const Vec3 bias_left = x.bias - removed_;
   const double first = problem_.signal.timing.row == RowReference::first ? 0 : -0.5;
   const ReadoutTurn from(*gyro_, predicted.t0, readout_s, first, bias_left, x.R_reference_sensor);
   const ReadoutTurn to(*gyro_, predicted.t1, readout_s, first, bias_left, x.R_reference_sensor);
   const Mat3 R = turn.toRotationMatrix();
+  // Over the pair as a whole its way is what the bearings say; how it goes on while the rows are read is the curve's.
+  const Mat3 to_from = (gyro_->attitude(predicted.t0).toRotationMatrix() * x.R_reference_sensor).transpose();
   const double length = item.t1 - item.t0;
-  const Vec3 whole_lever = R * parallax_.lever - parallax_.lever;
+  const Vec3 whole = way_.between(item.t0, item.t1);
   for (Eigen::Index i = 0; i < n; ++i) {
     const BearingMatch& m = matches[static_cast<std::size_t>(i)];
     const double share = (m.row_to - m.row_from) * readout_s / length;
     const Mat3 E0 = exp_so3(from.turned(m.row_from)).toRotationMatrix(),
                E1 = exp_so3(to.turned(m.row_to)).toRotationMatrix();
-    // While the rows are read the camera moves as it turns then; the rest of its way is taken for even.
-    const Vec3 way = R * (E1 * parallax_.lever - parallax_.lever) - (E0 * parallax_.lever - parallax_.lever);
+    const Vec3 way =
+        way_.between(item.t1, item.t1 + m.row_to * readout_s) - way_.between(item.t0, item.t0 + m.row_from * readout_s);
     seen.pairs.parallax_scale[i] = 1 + share;
-    const Vec3 at_from = E0 * Vec3(seen.pairs.from.col(i));
-    seen.pairs.from.col(i) = (at_from - (way - share * whole_lever)).normalized();
+    seen.pairs.parallax_extra.col(i) = to_from * (way - share * whole);
+    seen.pairs.from.col(i) = E0 * Vec3(seen.pairs.from.col(i));
     seen.pairs.to.col(i) = E1 * Vec3(seen.pairs.to.col(i));
     if (!options_.readout) continue;
     const Vec3 d0 = m.row_from * from.rate(m.row_from), d1 = m.row_to * to.rate(m.row_to);
-    seen.shear.col(i) = d0.cross(at_from) - R * d1.cross(Vec3(seen.pairs.to.col(i)));
+    seen.shear.col(i) = d0.cross(Vec3(seen.pairs.from.col(i))) - R * d1.cross(Vec3(seen.pairs.to.col(i)));
   }
   return seen;
 }
@@ -260,6 +264,17 @@ std::vector<Eigen::Matrix3Xd> Items::by_match(const StepModel& model, const Para
     if (i < settled_.size() && settled_[i]) out[i] = model.by_match(all_[i], x, *settled_[i]);
   });
   return out;
+}
+
+CameraWay Items::way(const std::vector<Linear>& linear) const {
+  std::vector<WayPiece> pieces;
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i < all_.size(); ++i) {
+    if (!linear[i].used) continue;
+    pieces.push_back({all_[i].t0, all_[i].t1, linear[i].moved});
+    lengths.push_back(all_[i].t1 - all_[i].t0);
+  }
+  return pieces.empty() ? CameraWay() : CameraWay(pieces, median(std::move(lengths)));
 }
 
 double Items::overlap() const {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "takt/estimators/alignment/camera_way.h"
 #include "takt/estimators/alignment/likelihood.h"
 #include "takt/motion/two_view.h"
 
@@ -36,6 +37,7 @@ struct Linear {
   bool used = false;
   Vec3 predicted = Vec3::Zero();  ///< rotation, rad
   Vec3 parallax = Vec3::Zero();   ///< from bearings, given the predicted rotation
+  Vec3 moved = Vec3::Zero();      ///< the same along the reference's axes at the start of its stretch
   bool first = true;              ///< no step directly before it
   Rows rows = Rows::Zero();       ///< residual = rows.last − rows.first · dx, claimed covariance (root·root)⁻¹
   Mat3 root = Mat3::Zero();       ///< symmetric root of the claimed information
@@ -49,9 +51,6 @@ struct Linear {
 struct ParallaxExpectation {
   Vec3 mean = Vec3::Zero();
   Mat3 information = Mat3::Zero();  ///< inverse covariance of the scatter about it
-  /// From where it turns about to the camera, in its frame, times mean inverse depth: v = (R_from_to − I)·lever + rest.
-  Vec3 lever = Vec3::Zero();
-  double lever_sigma = 0;
 };
 
 class StepModel {
@@ -62,6 +61,8 @@ class StepModel {
   /// but over a long step with a changing rate that is not enough.
   void remove_bias(const Vec3& bias);
   void expect_parallax(const ParallaxExpectation& expected) { parallax_ = expected; }
+  /// How the camera moves while a frame is read.
+  void expect_way(CameraWay way) { way_ = std::move(way); }
   /// Errors that grow with the turn: variance per axis over the squared angle.
   void expect_relative_error(double variance) { relative_variance_ = variance; }
 
@@ -103,6 +104,7 @@ class StepModel {
   Vec3 removed_ = Vec3::Zero();
   double gyro_density_;
   ParallaxExpectation parallax_;
+  CameraWay way_;
   double relative_variance_ = 0;
 };
 
@@ -116,6 +118,8 @@ class Items {
   [[nodiscard]] std::vector<Linear> linearise(const StepModel& model, const Parameters& x, std::size_t stride) const;
   /// StepModel::by_match of each item at its settled weights.
   [[nodiscard]] std::vector<Eigen::Matrix3Xd> by_match(const StepModel& model, const Parameters& x) const;
+  /// The camera's way by the items' parallaxes.
+  [[nodiscard]] CameraWay way(const std::vector<Linear>& linear) const;
   /// How many items run at the same time.
   [[nodiscard]] double overlap() const;
 

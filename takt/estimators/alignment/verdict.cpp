@@ -19,6 +19,8 @@ constexpr double claimed_misfit = 3, relative_misfit = 0.15;
 /// A motion this far above the noise must correlate, if it is the same.
 constexpr double strong_motion = 5, least_correlation = 0.5, unrivalled_correlation = 0.85;
 constexpr double plausible_drift = 5e-4;
+/// A witness that may as well have seen the one as the other says nothing.
+constexpr double witness_sigmas = 2;
 
 }  // namespace
 
@@ -95,21 +97,33 @@ void doubt_fit(Estimate& e, const Problem& p, const LikelihoodFit& f, const Coar
             fmt::format("little is known: the motion fixes the offset to {:.1f} ms only", 1e3 * *e.sigma_s));
 }
 
-/// Where the two likelihoods are far apart and the plain correlation sides with the other one, the answer is in doubt.
-void hear_third_witness(Estimate& answer, const Estimate& second, const Estimate& correlation) {
+namespace {
+
+/// By how many sigmas of its own a witness sides with `b` against `a`; negative where it sides with `a`.
+double sides_with(const Estimate& witness, const Estimate& a, const Estimate& b) {
+  if (!witness.answered() || !witness.sigma_s || !(*witness.sigma_s > 0)) return 0;
+  const double from_a = apart_s(a, witness) / *witness.sigma_s, from_b = apart_s(b, witness) / *witness.sigma_s;
+  const double evidence = from_a * from_a - from_b * from_b;
+  return std::copysign(std::sqrt(std::abs(evidence)), evidence);
+}
+
+}  // namespace
+
+void hear_third_witness(Estimate& answer, const Estimate& second, const Estimate& correlation, bool knows_translation) {
   if (!answer.answered() || !correlation.answered()) return;
   if (!second.answered()) {
-    answer.doubt(Verdict::weak, "with and without translation in the model do not both lead to an answer");
+    if (!knows_translation)
+      answer.doubt(Verdict::weak, "with and without translation in the model do not both lead to an answer");
     return;
   }
   const double apart = apart_s(answer, second);
   const double allowed = std::hypot(*answer.sigma_s, *second.sigma_s);
-  const auto from_correlation = [&](const Estimate& e) { return std::abs(apart_s(correlation, e)); };
-  if (std::abs(apart) > significant_sigmas * allowed && from_correlation(answer) > from_correlation(second))
+  const double for_second = sides_with(correlation, answer, second);
+  if (std::abs(apart) > significant_sigmas * allowed && for_second > witness_sigmas)
     answer.doubt(Verdict::weak,
                  fmt::format("with and without translation in the model the answers are {:.2f} ms apart, {:.1f} times "
-                             "their uncertainty, and the correlation is nearer to the other",
-                             1e3 * std::abs(apart), std::abs(apart) / allowed));
+                             "their uncertainty, and the correlation sides with the other by {:.1f} of its own",
+                             1e3 * std::abs(apart), std::abs(apart) / allowed, for_second));
 }
 
 void confront(Estimate& simpler, const Estimate& likelihood) {

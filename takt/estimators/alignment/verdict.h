@@ -20,8 +20,10 @@ inline constexpr double significant_sigmas = 4;
 /// What a fine fit says against itself.
 void doubt_fit(Estimate& e, const Problem& p, const LikelihoodFit& f, const Coarse& start);
 
-/// Where the two likelihoods are far apart and the plain correlation sides with the other one, the answer is in doubt.
-void hear_third_witness(Estimate& answer, const Estimate& second, const Estimate& correlation);
+/// Where the two likelihoods are far apart and the plain correlation sides with the other one, by more than its own
+/// sigma, the answer is in doubt. Where the other one has no answer, so is an answer that does not itself know the
+/// translation apart and fit.
+void hear_third_witness(Estimate& answer, const Estimate& second, const Estimate& correlation, bool knows_translation);
 
 /// A method that knows less than the likelihood is not surer than it.
 void confront(Estimate& simpler, const Estimate& likelihood);
