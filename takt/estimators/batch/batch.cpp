@@ -46,7 +46,7 @@ Pair fit_pair(const CameraSession& camera, const ImuSession& imu, const BatchOpt
     out.refusals = {out.start.refusal};
     return out;
   }
-  out.fast = fit_discrete(camera, imu, out.start, {.threads = options.threads});
+  out.fast = fit_discrete(camera, imu, out.start, options.threads);
   if (out.fast.converged) return out;
   out.refusals = {out.fast.failure};
   const TurnExcitation turn = turn_excitation(imu, out.start.R_imu_cam, imu.curve.begin_s(), imu.curve.end_s());
