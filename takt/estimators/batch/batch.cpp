@@ -453,7 +453,7 @@ std::vector<Estimate> calibrate_rig(std::span<const CornerStream> cameras, std::
       e = both.back();
     }
     if (!pair.start.curve.name.empty()) e.evidence.panels.push_back(pair.start.curve);
-    if (pair.camera) e.evidence.panels.push_back(coverage_panel(*pair.camera));
+    if (pair.camera) e.evidence.panels.push_back(coverage_panel(pair.camera->poses.views));
     if (good && fine.converged) add_panels(e, fine, at);
     e.estimates = std::move(both);
     if (good) ++at;

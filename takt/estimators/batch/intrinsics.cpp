@@ -11,6 +11,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "takt/estimators/batch/evidence.h"
 #include "takt/estimators/batch/lens_fit.h"
 #include "takt/estimators/batch/residual_field.h"
 
@@ -305,6 +306,10 @@ CalibratedCamera calibrate_intrinsics(const CornerStream& s, int width, int heig
   out.covariance = shared * out.corner_sigma_px * out.corner_sigma_px * scale.cwiseInverse().asDiagonal() * inverse *
                    scale.cwiseInverse().asDiagonal();
   out.sigma = out.covariance.diagonal().cwiseSqrt();
+  std::vector<Vec2> seen_less_predicted;
+  for (const Vec2& miss : off) seen_less_predicted.push_back(-miss);
+  out.panels = {scatter_panel(seen_less_predicted),
+                radial_panel(seen_at, seen_less_predicted, out.model, out.corner_sigma_px), coverage_panel(out.views)};
   measure_views(out);
   judge(out);
   return out;
