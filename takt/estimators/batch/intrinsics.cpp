@@ -13,6 +13,7 @@
 
 #include "takt/estimators/batch/evidence.h"
 #include "takt/estimators/batch/lens_fit.h"
+#include "takt/estimators/batch/lens_rival.h"
 #include "takt/estimators/batch/residual_field.h"
 
 namespace takt::batch {
@@ -312,6 +313,10 @@ CalibratedCamera calibrate_intrinsics(const CornerStream& s, int width, int heig
                 radial_panel(seen_at, seen_less_predicted, out.model, out.corner_sigma_px), coverage_panel(out.views)};
   measure_views(out);
   judge(out);
+  if (field.is_clear())
+    if (const auto rival = find_lens_rival(out.model, out.views, s.board, out.corner_sigma_px, o.threads))
+      doubt(out, fmt::format("{} fits these corners better (noise {:.4f} px instead of {:.4f}): give it with --lens",
+                             rival->name, rival->noise_px, out.corner_sigma_px));
   return out;
 }
 
