@@ -238,6 +238,14 @@ TEST(BatchFaults, StraysGapsAndALateBoardAreBorne) {
   expect_right(calibrate_batch(run.cameras[0], gap), run.truth);
 }
 
+// Longer than the biases' control points reach: those in the middle have no reading at all.
+TEST(BatchFaults, ABoardThatIsAwayForTwentySecondsIsBorne) {
+  SimulatedBoard run = simulate_board(usual(5, 40));
+  for (std::size_t k = 0; k < run.cameras[0].size(); ++k)
+    if (k > 160 && k < 600) run.cameras[0].corners[k].clear();
+  expect_right(calibrate_batch(run.cameras[0], run.imus[0]), run.truth);
+}
+
 TEST(BatchFaults, AFrameWhereTheBoardCannotBeIsLeftOut) {
   CornerStream strange = recorded().cameras[0];
   strange.corners[100] = strange.corners[20];
