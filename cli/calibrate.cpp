@@ -63,6 +63,7 @@ int run_cameras_only(const CalibrateLine& line, const Common& common) {
   if (!line.kalibr.empty() && found.verdict != Verdict::refused) write_kalibr(line, found);
   if (!common.output.empty())
     write_file(common.output, common.output.ends_with(".json") ? to_json(found) : to_yaml(found));
+  if (!common.report.empty()) write_file(common.report, report_page(found));
   fmt::print("{}", common.json ? to_json(found) : in_words(found));
   return found.verdict == Verdict::trusted ? 0 : 3;
 }
@@ -106,7 +107,7 @@ void add_calibrate(CLI::App& app, Common& common, Action& action) {
   add_open_options(verb, job.open);
   add_common(verb, common);
   add_result_output(verb, common);
-  for (const char* other : {"--camchain", "--imu", "--reference", "--report"}) alone->excludes(verb.get_option(other));
+  for (const char* other : {"--camchain", "--imu", "--reference"}) alone->excludes(verb.get_option(other));
   verb.callback([line, &common, &action] {
     action = [line, &common] {
       return line->cameras_only ? run_cameras_only(*line, common) : run_calibrate(*line, common);

@@ -95,7 +95,7 @@ void add_target(CLI::App& app, Common& common, Action& action) {
   verb.add_option("--row-spacing", line->row_m, "checkerboard: from a row to the next where it differs (m)");
   verb.add_option("--marker", line->marker_m, "charuco: side of a marker (m); 0.73 of the square when left out");
   verb.add_option("--dictionary", line->dictionary, "charuco: OpenCV's name")->default_val(line->dictionary);
-  verb.add_flag("--legacy", line->legacy, "charuco: the pattern of OpenCV before 4.7");
+  verb.add_flag("--legacy", line->legacy, "charuco: the pattern of OpenCV before 4.6");
   verb.add_option("--spacing", line->circle_m, "circlegrid: spacing as Kalibr means it (m)")
       ->default_val(line->circle_m);
   verb.add_option("--diameter", line->diameter_m, "circlegrid: of a disc (m)");

@@ -21,7 +21,17 @@ struct Row {
   const char* name;
   double duration_s;
   std::function<void(TargetFilmOptions&)> change;
+  std::function<void(SimulatedBoard&)> spoil = [](SimulatedBoard&) {};
+  SimulatedDetection detection = {};
 };
+
+/// The IMU misses half a second, the camera two.
+void gaps(SimulatedBoard& run) {
+  for (std::size_t k = 160; k < 200; ++k) run.cameras[0].corners[k].clear();
+  ImuStream& imu = run.imus[0];
+  const auto cut = [](auto& of) { of.erase(of.begin() + 2700, of.begin() + 2800); };
+  cut(imu.stamps), cut(imu.gyro_rad_s), cut(imu.accel_m_s2);
+}
 
 void run_row(const Row& row, int runs) {
   double squares = 0, sigma = 0, z2 = 0, turn2 = 0, shift2 = 0, end2 = 0, n = 0;
@@ -31,7 +41,8 @@ void run_row(const Row& row, int runs) {
     o.seed = static_cast<std::uint64_t>(seed);
     o.duration_s = row.duration_s;
     row.change(o);
-    SimulatedBoard run = simulate_board(o);
+    SimulatedBoard run = simulate_board(o, row.detection);
+    row.spoil(run);
     run.cameras[0].timing.shutter = Shutter::unknown;
     run.cameras[0].timing.readout_s = 0;
     const Estimate e = calibrate_batch(run.cameras[0], run.imus[0]);
@@ -77,6 +88,7 @@ int main(int argc, char** argv) {
       {"20 s, drift 200 ppm", 20, [](TargetFilmOptions& o) { o.drift = 200e-6; }},
       {"20 s, rolling 30 µs/row", 20, [](TargetFilmOptions& o) { o.camera.readout_s = 30e-6 * 480; }},
       {"20 s, jitter 2 ms", 20, [](TargetFilmOptions& o) { o.camera.jitter_s = 2e-3; }},
+      {"20 s, gaps, board from 3 s on", 20, [](TargetFilmOptions&) {}, gaps, {.absent_until_s = 3}},
       {"10 s, 50 Hz, IMU 1 kHz", 10,
        [](TargetFilmOptions& o) {
          o.camera.rate_hz = 50;

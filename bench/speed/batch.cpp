@@ -33,9 +33,7 @@ int main() {
     const double t2 = cpu_s();
     const auto start = batch::find_start(camera, imu);
     const double t3 = cpu_s();
-    batch::DiscreteOptions one;
-    one.threads = 1;
-    const auto fast = batch::fit_discrete(camera, imu, start, one);
+    const auto fast = batch::fit_discrete(camera, imu, start, 1);
     const double t4 = cpu_s();
     batch::SplineOptions wanted;
     wanted.threads = 1;

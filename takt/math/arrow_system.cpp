@@ -30,6 +30,7 @@ ArrowSystem::ArrowSystem(int band_size, int bandwidth, int border_size) : band_(
   edge_ = RowMajorMatrix::Zero(band_size, border_size);
   corner_ = Eigen::MatrixXd::Zero(border_size, border_size);
   gradient_ = Eigen::VectorXd::Zero(band_size + border_size);
+  eliminated_diagonal_ = Eigen::VectorXd::Zero(border_size);
 }
 
 Eigen::VectorXd ArrowSystem::diagonal() const {
@@ -50,6 +51,8 @@ void ArrowSystem::set_zero() {
   edge_.setZero();
   corner_.setZero();
   gradient_.setZero();
+  eliminated_diagonal_.setZero();
+  eliminated_log_determinant_ = 0;
 }
 
 void ArrowSystem::accumulate(std::span<const Block> blocks, const Eigen::Ref<const Eigen::MatrixXd>& h,
@@ -94,6 +97,8 @@ void ArrowSystem::add(const ArrowSystem& other) {
   edge_ += other.edge_;
   corner_ += other.corner_;
   gradient_ += other.gradient_;
+  eliminated_diagonal_ += other.eliminated_diagonal_;
+  eliminated_log_determinant_ += other.eliminated_log_determinant_;
 }
 
 /// The part of a block at (row, column) that lies on or below the diagonal.
@@ -135,22 +140,17 @@ ArrowSystem::Solution ArrowSystem::solve(double damping) const& {
 
 ArrowSystem::Solution ArrowSystem::solve(double damping) && {
   const int n = band_size(), m = border_size();
-  Solution s;
   for (int j = 0; j < n && damping != 0; ++j) band_(j, j) *= 1 + damping;
-  s.band_ = BandedCholesky(std::move(band_));
+  corner_.diagonal() *= 1 + damping;
+  Solution s;
+  s.band_ = std::move(*this).eliminate();
   if (!s.band_.ok()) return s;
 
-  // Schur complement of the band: with half_edge = L⁻¹E, S = C − half_edgeᵀ·half_edge.
-  s.half_edge_ = std::move(edge_);
-  s.band_.half_solve_in_place(s.half_edge_);
-  Eigen::MatrixXd schur = std::move(corner_);
-  schur.diagonal() *= 1 + damping;
-  const Eigen::VectorXd before = schur.diagonal();
-  subtract_square(s.half_edge_, schur);
-  schur = Eigen::MatrixXd(schur.selfadjointView<Eigen::Lower>());
   // Scaled to a unit diagonal of C, so that a pivot at rounding level means: the band can do all that this variable
   // does.
-  const Eigen::VectorXd scale = before.cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd& schur = s.band_.schur_;
+  const Eigen::VectorXd scale =
+      s.band_.corner_diagonal_.cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
   const Eigen::LLT<Eigen::MatrixXd> factor(Eigen::MatrixXd(scale.asDiagonal() * schur * scale.asDiagonal()));
   const double rounding = (n + m) * std::numeric_limits<double>::epsilon();
   const Eigen::MatrixXd l = factor.matrixL();
@@ -159,11 +159,44 @@ ArrowSystem::Solution ArrowSystem::solve(double damping) && {
   s.border_log_determinant_ = 2 * (l.diagonal().array().log().sum() - scale.array().log().sum());
   s.border_covariance_ = scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(m, m)) * scale.asDiagonal();
 
-  const Eigen::VectorXd half = s.band_.half_solve(gradient_.head(n));
   s.step_.resize(n + m);
-  s.step_.tail(m) = -(s.border_covariance_ * (gradient_.tail(m) - s.half_edge_.transpose() * half));
-  s.step_.head(n) = -s.band_.back_solve(half + s.half_edge_ * s.step_.tail(m));
+  s.step_.tail(m) = -(s.border_covariance_ * s.band_.gradient_);
+  s.step_.head(n) = s.band_.band_step(s.step_.tail(m));
   return s;
+}
+
+ArrowSystem::Elimination ArrowSystem::eliminate() && {
+  Elimination e;
+  const int n = band_size(), m = border_size();
+  e.band_ = BandedCholesky(std::move(band_));
+  if (!e.band_.ok()) return e;
+  e.log_determinant_ = eliminated_log_determinant_ + e.band_.log_determinant();
+  e.corner_diagonal_ = corner_.diagonal() + eliminated_diagonal_;
+  // With half_edge = L⁻¹E the Schur complement is C − half_edgeᵀ·half_edge.
+  e.half_edge_ = std::move(edge_);
+  e.band_.half_solve_in_place(e.half_edge_);
+  e.schur_ = std::move(corner_);
+  subtract_square(e.half_edge_, e.schur_);
+  e.schur_.triangularView<Eigen::StrictlyUpper>() = e.schur_.transpose();
+  e.half_ = e.band_.half_solve(gradient_.head(n));
+  e.gradient_ = gradient_.tail(m) - e.half_edge_.transpose() * e.half_;
+  return e;
+}
+
+void ArrowSystem::accumulate(std::span<const Block> blocks, const Elimination& stretch) {
+  accumulate(blocks, stretch.schur_, stretch.gradient_);
+  eliminated_log_determinant_ += stretch.log_determinant_;
+  int row = 0;
+  for (const Block& b : blocks) {
+    if (b.first >= band_size())
+      eliminated_diagonal_.segment(b.first - band_size(), b.size) +=
+          (stretch.corner_diagonal_ - stretch.schur_.diagonal()).segment(row, b.size);
+    row += b.size;
+  }
+}
+
+Eigen::VectorXd ArrowSystem::Elimination::band_step(const Eigen::Ref<const Eigen::VectorXd>& border_step) const {
+  return -band_.back_solve(half_ + half_edge_ * border_step);
 }
 
 double ArrowSystem::Solution::log_determinant() const {
@@ -171,12 +204,12 @@ double ArrowSystem::Solution::log_determinant() const {
 }
 
 double ArrowSystem::Solution::variance(const Eigen::VectorXd& f) const {
-  const Eigen::Index n = half_edge_.rows(), m = half_edge_.cols();
+  const Eigen::Index n = band_.half_edge_.rows(), m = band_.half_edge_.cols();
   if (f.size() != n + m)
     throw std::invalid_argument("ArrowSystem: a functional of " + std::to_string(f.size()) + " for a system of " +
                                 std::to_string(n + m));
-  const Eigen::VectorXd half = band_.half_solve(f.head(n));
-  const Eigen::VectorXd rest = f.tail(m) - half_edge_.transpose() * half;
+  const Eigen::VectorXd half = band_.band_.half_solve(f.head(n));
+  const Eigen::VectorXd rest = f.tail(m) - band_.half_edge_.transpose() * half;
   return half.squaredNorm() + rest.dot(border_covariance_ * rest);
 }
 

@@ -40,6 +40,33 @@ class ArrowSystem {
   /// Adds another system of the same shape; throws std::invalid_argument for a different one.
   void add(const ArrowSystem& other);
 
+  /// The band's variables eliminated: what is left of H and g for the border.
+  class Elimination {
+   public:
+    /// False where B is not positive definite. Then nothing else may be called.
+    [[nodiscard]] bool ok() const { return band_.ok(); }
+    [[nodiscard]] const Eigen::MatrixXd& schur() const { return schur_; }        ///< C − Eᵀ·B⁻¹·E
+    [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }  ///< g_C − Eᵀ·B⁻¹·g_B
+    [[nodiscard]] double log_determinant() const { return log_determinant_; }    ///< of B
+    /// The band's step, given the border's: −B⁻¹·(g_B + E·x_C).
+    [[nodiscard]] Eigen::VectorXd band_step(const Eigen::Ref<const Eigen::VectorXd>& border_step) const;
+
+   private:
+    friend class ArrowSystem;
+    BandedCholesky band_;
+    RowMajorMatrix half_edge_;  ///< L⁻¹·E
+    Eigen::VectorXd half_;      ///< L⁻¹·g_B
+    Eigen::MatrixXd schur_;
+    Eigen::VectorXd gradient_;
+    Eigen::VectorXd corner_diagonal_;  ///< of C, with what was eliminated before: what a pivot is judged against
+    double log_determinant_ = 0;       ///< of all that was eliminated
+  };
+  /// In the memory of a system that is not needed any more.
+  [[nodiscard]] Elimination eliminate() &&;
+  /// A chain cut into stretches: adds what an eliminated stretch leaves for its border, whose variables stand here in
+  /// `blocks`, in their order. Determinants and the judgement of pivots include what was eliminated.
+  void accumulate(std::span<const Block> blocks, const Elimination& stretch);
+
   /// What a factorisation gives.
   class Solution {
    public:
@@ -55,10 +82,9 @@ class ArrowSystem {
 
    private:
     friend class ArrowSystem;
-    BandedCholesky band_;
+    Elimination band_;
     bool border_ok_ = false;
     double border_log_determinant_ = 0;
-    RowMajorMatrix half_edge_;  ///< L⁻¹·E
     Eigen::VectorXd step_;
     Eigen::MatrixXd border_covariance_;
   };
@@ -75,6 +101,9 @@ class ArrowSystem {
   RowMajorMatrix edge_;     ///< E, band_size × border_size
   Eigen::MatrixXd corner_;  ///< C
   Eigen::VectorXd gradient_;
+  // What stretches that were eliminated into this system took with them.
+  Eigen::VectorXd eliminated_diagonal_;  ///< of C
+  double eliminated_log_determinant_ = 0;
 };
 
 }  // namespace takt

@@ -95,6 +95,60 @@ TEST(ArrowSystem, SaysWhenTheBorderIsNotDetermined) {
   EXPECT_FALSE(ArrowSystem(2, 1, 1).solve().ok());
 }
 
+/// A chain whose residuals join neighbours, three to all and two to a half of it: as one system, and cut in the middle.
+struct CutChain {
+  CutChain() {
+    for (int i = 0; i + 1 < n; ++i) {
+      const Eigen::MatrixXd j = Eigen::MatrixXd::Random(3, 5);
+      const Eigen::VectorXd r = Eigen::VectorXd::Random(3);
+      whole.accumulate_residual(std::vector<Block>{{i, 2}, {n, 3}}, j, r);
+      // The left half has 0 … 5 and the right one 7 … 12 as its own; 6 stands between them.
+      const bool left = i < cut;
+      const int at = left ? i : i - cut - 1;
+      if (i + 1 == cut)
+        halves[0].accumulate_residual(std::vector<Block>{{at, 1}, {cut + 3, 1}, {cut, 3}}, j, r);
+      else if (i == cut)
+        halves[1].accumulate_residual(std::vector<Block>{{cut + 3, 1}, {0, 1}, {cut, 3}}, j, r);
+      else
+        halves[left ? 0 : 1].accumulate_residual(std::vector<Block>{{at, 2}, {cut, 3}}, j, r);
+    }
+  }
+  static constexpr int cut = 6, n = 2 * cut + 1;
+  ArrowSystem whole{n, 1, 3};
+  ArrowSystem halves[2] = {{cut, 1, 4}, {cut, 1, 4}};
+};
+
+TEST(ArrowSystem, StretchesGiveWhatTheWholeChainDoes) {
+  CutChain chain;
+  const auto expected = chain.whole.solve();
+  ArrowSystem outer(1, 0, 3);
+  std::vector<ArrowSystem::Elimination> parts;
+  for (ArrowSystem& half : chain.halves) {
+    parts.push_back(std::move(half).eliminate());
+    ASSERT_TRUE(parts.back().ok());
+    outer.accumulate(std::vector<Block>{{1, 3}, {0, 1}}, parts.back());
+  }
+  const auto solution = outer.solve();
+  ASSERT_TRUE(solution.ok());
+  EXPECT_NEAR(solution.log_determinant(), expected.log_determinant(), 1e-11);
+  EXPECT_LT((solution.border_covariance() - expected.border_covariance()).cwiseAbs().maxCoeff(), 1e-10);
+  const Eigen::VectorXd x = solution.step();
+  const Eigen::Vector4d shared(x[1], x[2], x[3], x[0]);
+  Eigen::VectorXd step(CutChain::n + 3);
+  step << parts[0].band_step(shared), x[0], parts[1].band_step(shared), x.tail(3);
+  EXPECT_LT((step - expected.step()).cwiseAbs().maxCoeff(), 1e-10);
+}
+
+// What the stretches can imitate is still not determined, although only rounding is left of it.
+TEST(ArrowSystem, StretchesHideNothingThatIsNotDetermined) {
+  ArrowSystem stretch(10, 0, 1), outer(0, 0, 1);
+  for (int i = 0; i < 10; ++i)
+    stretch.accumulate_residual(std::vector<Block>{{i, 1}, {10, 1}}, Eigen::RowVector2d(0.1, 0.3),
+                                Eigen::VectorXd::Ones(1));
+  outer.accumulate(std::vector<Block>{{0, 1}}, std::move(stretch).eliminate());
+  EXPECT_FALSE(outer.solve().ok());
+}
+
 TEST(ArrowSystem, GuardsItsShape) {
   ArrowSystem system(10, 2, 2);
   const auto add = [&](std::vector<Block> blocks, int n) {

@@ -23,10 +23,18 @@ std::string page(const std::string& title, const std::string& body, bool interac
 }
 
 std::string single(const Estimate& e, const std::vector<ReportTable>& more) {
-  return headline(e) + facts(e) + methods(e) + tables(more) + evidence(e, "") + assumptions(e) + provenance(e);
+  return headline(e) + facts(e) + methods(e) + tables(more) + evidence(e.evidence, "") + assumptions(e) +
+         provenance(e.provenance);
 }
 
 }  // namespace
+
+std::string html_report(const ReportPage& p) {
+  return page(p.heading,
+              headline(p.kind, escape(p.heading), p.verdict, p.reasons) + tables(p.tables) + evidence(p.evidence, "") +
+                  remarks(p.notes) + provenance(p.provenance),
+              true);
+}
 
 std::string html_report(const Estimate& result, const ReportOptions& options) {
   return page(sentence(result), single(result, options.tables), options.interactive);
@@ -41,7 +49,8 @@ std::string html_report(const std::vector<Estimate>& results, const ReportOption
   for (std::size_t i = 0; i < results.size(); ++i) {
     const std::string prefix = "r" + std::to_string(i + 1) + "-";
     body += "<details>\n<summary>" + escape(names[i]) + "</summary>\n" + facts(results[i]) + methods(results[i]) +
-            evidence(results[i], prefix) + assumptions(results[i]) + provenance(results[i]) + "</details>\n";
+            evidence(results[i].evidence, prefix) + assumptions(results[i]) + provenance(results[i].provenance) +
+            "</details>\n";
   }
   return page(std::to_string(results.size()) + " results compared", body, options.interactive);
 }

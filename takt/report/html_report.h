@@ -20,4 +20,17 @@ struct ReportOptions {
 /// Throws std::invalid_argument when there are none.
 [[nodiscard]] std::string html_report(const std::vector<Estimate>& results, const ReportOptions& options = {});
 
+/// A page of what is no offset.
+struct ReportPage {
+  std::string kind;  ///< the words above the heading: "cameras"
+  std::string heading;
+  Verdict verdict = Verdict::refused;
+  std::vector<std::string> reasons;
+  std::vector<ReportTable> tables;
+  Evidence evidence;
+  std::vector<std::string> notes;
+  Provenance provenance;
+};
+[[nodiscard]] std::string html_report(const ReportPage& page);
+
 }  // namespace takt

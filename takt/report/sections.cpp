@@ -133,9 +133,14 @@ std::string headline(const Estimate& e) {
     if (const auto at = said.find(" is " + number + " "); at != said.npos)
       said = said.substr(0, at + 4) + "<b>" + number + "</b>" + said.substr(at + 4 + number.size());
   }
-  std::string out = "<header>\n<p class=\"kicker\">takt · time offset</p>\n<h1>" + said +
-                    "</h1>\n<p class=\"verdict\">" + badge(e.verdict) + " " + meaning(e.verdict) + "</p>\n";
-  if (!e.reasons.empty()) out += "<ul class=\"reasons\">\n" + list_items(e.reasons) + "</ul>\n";
+  return headline("time offset", said, e.verdict, e.reasons);
+}
+
+std::string headline(const std::string& kind, const std::string& heading, Verdict verdict,
+                     const std::vector<std::string>& reasons) {
+  std::string out = "<header>\n<p class=\"kicker\">takt · " + escape(kind) + "</p>\n<h1>" + heading +
+                    "</h1>\n<p class=\"verdict\">" + badge(verdict) + " " + meaning(verdict) + "</p>\n";
+  if (!reasons.empty()) out += "<ul class=\"reasons\">\n" + list_items(reasons) + "</ul>\n";
   return out + "</header>\n";
 }
 
@@ -170,13 +175,13 @@ std::string methods(const Estimate& e) {
   return out + "</table></div>\n</section>\n";
 }
 
-std::string evidence(const Estimate& e, const std::string& prefix) {
-  if (e.evidence.panels.empty()) return "";
+std::string evidence(const Evidence& e, const std::string& prefix) {
+  if (e.panels.empty()) return "";
   std::string out =
       "<section>\n<h2>Evidence</h2>\n<p class=\"hint\">Drag across a plot to look closer, double-click to go back, "
       "click a name to hide it.</p>\n";
-  for (std::size_t i = 0; i < e.evidence.panels.size(); ++i) {
-    const Panel& p = e.evidence.panels[i];
+  for (std::size_t i = 0; i < e.panels.size(); ++i) {
+    const Panel& p = e.panels[i];
     out += fmt::format("<figure data-panel=\"{}\">\n<figcaption><h3><span class=\"number\">{}</span>{}</h3>",
                        escape(p.name), i + 1, escape(p.title));
     out += (p.caption.empty() ? "" : "<p>" + escape(p.caption) + "</p>") + "</figcaption>\n";
@@ -204,8 +209,12 @@ std::string assumptions(const Estimate& e) {
   return out + "</section>\n";
 }
 
-std::string provenance(const Estimate& e) {
-  const Provenance& p = e.provenance;
+std::string remarks(const std::vector<std::string>& notes) {
+  return notes.empty() ? ""
+                       : "<section>\n<h2>What was assumed</h2>\n<ul>\n" + list_items(notes) + "</ul>\n</section>\n";
+}
+
+std::string provenance(const Provenance& p) {
   if (p.version.empty() && p.command.empty() && p.inputs.empty()) return "";
   std::string out = "<section>\n<h2>Provenance</h2>\n";
   if (!p.command.empty()) out += "<pre>" + escape(p.command) + "</pre>\n";

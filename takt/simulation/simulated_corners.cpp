@@ -14,15 +14,7 @@ namespace {
 CornerStream corners_of(const TargetFilm& film, std::size_t number, const SimulatedDetection& detection,
                         std::uint64_t seed) {
   const CameraStream& camera = film.recording.cameras[number];
-  CornerStream out;
-  out.name = camera.name;
-  out.clock = camera.clock;
-  out.timing = camera.timing;
-  out.model = camera.model;
-  out.T_body_cam = camera.T_body_cam;
-  out.stamps = camera.stamps;
-  out.exposures_s = camera.exposures_s;
-  out.board = film.board;
+  CornerStream out = without_corners(camera, film.board);
   std::vector<Vec3> points;
   for (const Vec3& p : film.board) points.push_back(film.world_from_board * p);
   const auto& exposures = film.exposures[number];
@@ -40,7 +32,7 @@ CornerStream corners_of(const TargetFilm& film, std::size_t number, const Simula
       if (strays) at += stray * Vec2(std::cos(angle), std::sin(angle));
       seen.push_back({static_cast<std::int32_t>(i), at});
     }
-    out.corners.push_back(std::move(seen));
+    out.corners[frame] = std::move(seen);
   }
   return out;
 }

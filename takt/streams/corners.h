@@ -33,4 +33,10 @@ struct CornerStream {
   [[nodiscard]] std::size_t size() const { return stamps.size(); }
 };
 
+struct CameraStream;
+
+/// What corners have from the pictures in which they are seen: everything but the corners themselves, one empty list a
+/// frame.
+[[nodiscard]] CornerStream without_corners(const CameraStream& camera, std::vector<Vec3> board);
+
 }  // namespace takt

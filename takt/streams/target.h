@@ -44,7 +44,7 @@ struct Charuco {
   int columns = 8, rows = 6;  ///< squares
   double square_m = 0.03, marker_m = 0.022;
   std::string dictionary = "DICT_6X6_250";  ///< by OpenCV's name
-  bool legacy = false;  ///< the pattern of OpenCV before 4.7: with even rows, white at the upper left
+  bool legacy = false;  ///< the pattern of OpenCV before 4.6: with even rows, white at the upper left
 };
 
 using Target = std::variant<AprilGrid, Checkerboard, CircleGrid, Charuco>;

@@ -57,6 +57,9 @@ struct CalibratedCameras {
 [[nodiscard]] std::string to_json(const CalibratedCameras& result);
 [[nodiscard]] std::string to_yaml(const CalibratedCameras& result);
 
+/// The HTML page: intrinsics with σ, how the cameras stand to each other, residuals and coverage of each.
+[[nodiscard]] std::string report_page(const CalibratedCameras& result);
+
 /// Kalibr's files of a camera calibration: <prefix>-camchain.yaml, <prefix>-results-cam.txt, as text. Refused cameras
 /// are not in them, so that camN of the file is the N-th that has an answer.
 struct KalibrCameraFiles {

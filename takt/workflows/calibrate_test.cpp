@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "takt/calibration/tree.h"
+#include "takt/calibration/words.h"
 #include "takt/error.h"
 #include "takt/recording/kalibr_files.h"
 #include "takt/workflows/calibrate_cameras.h"
@@ -139,6 +140,11 @@ TEST_F(Calibrate, CamerasAloneFindTheLensThatFilmedThem) {
   EXPECT_EQ(document.find("schema")->scalar, "takt/1-cameras");
   const tree::Node& fx = *document.find("cameras")->children.at(0).node.find("intrinsics")->find("fx");
   EXPECT_EQ(std::stod(fx.find("value")->scalar), camera.model.fx);
+
+  const std::string page = report_page(found);
+  EXPECT_NE(page.find(value_words(camera.model.fx, camera.sigma[0])), std::string::npos);
+  for (const char* panel : {"reprojection_scatter", "radial_residuals", "coverage"})
+    EXPECT_NE(page.find(std::string("data-panel=\"cam0_") + panel), std::string::npos) << panel;
 }
 
 TEST_F(Calibrate, CamerasAloneSayWhatTheyCannot) {
@@ -160,6 +166,7 @@ TEST_F(Calibrate, CamerasAloneSayWhatTheyCannot) {
   EXPECT_EQ(none.verdict, Verdict::refused);
   ASSERT_FALSE(none.reasons.empty());
   EXPECT_EQ(tree::from_json(to_json(none), "result").find("verdict")->scalar, "refused");
+  EXPECT_NE(report_page(none).find(none.reasons.front().substr(0, 20)), std::string::npos);
 }
 
 /// OpenCV's stereo pairs as folders of pictures without any IMU. What OpenCV finds in them: docs/methods/intrinsics.md.

@@ -24,6 +24,17 @@ void write_pose(Estimate& e, const Rigid& T, const Found& f, int rotation, int t
   add_triple(e, "translation_{}_m", T.translation, f, translation);
 }
 
+/// Offset and drift of a camera or an IMU against the body.
+template <class Link, class Place, class Session>
+void write_clock(Estimate& e, const Found& f, const Link& link, const Place& at, const Session& sensor,
+                 const ImuSession& body) {
+  e.offset = (body.epoch - sensor.epoch) + from_seconds(link.offset_s);
+  e.sigma_s = f.sigma(at.offset);
+  e.epoch = sensor.epoch + from_seconds(link.centre_s);
+  e.drift = link.drift;
+  if (at.drift >= 0) e.drift_sigma = f.sigma(at.drift);
+}
+
 void write_own(Estimate& e, const Found& f, std::size_t m) {
   const ImuLink& imu = f.calibration.imus[m];
   const BorderLayout::Imu& at = f.layout.imus[m];
@@ -83,11 +94,7 @@ void write_camera(Estimate& e, const Found& f, std::size_t c, const CameraSessio
                   bool said_drift) {
   const CameraLink& link = f.calibration.cameras[c];
   const BorderLayout::Camera& at = f.layout.cameras[c];
-  e.offset = (body.epoch - camera.epoch) + from_seconds(link.offset_s);
-  e.sigma_s = f.sigma(at.offset);
-  e.epoch = camera.epoch + from_seconds(link.centre_s);
-  e.drift = link.drift;
-  if (at.drift >= 0) e.drift_sigma = f.sigma(at.drift);
+  write_clock(e, f, link, at, camera, body);
   e.line_delay_s = link.line_delay_s;
   if (at.line_delay >= 0) e.line_delay_sigma_s = f.sigma(at.line_delay);
   write_pose(e, link.T_imu_cam, f, at.rotation, at.translation);
@@ -110,11 +117,7 @@ void write_camera(Estimate& e, const Found& f, std::size_t c, const CameraSessio
 void write_imu(Estimate& e, const Found& f, std::size_t m, const ImuSession& imu, const ImuSession& body) {
   const ImuLink& link = f.calibration.imus[m];
   const BorderLayout::Imu& at = f.layout.imus[m];
-  e.offset = (body.epoch - imu.epoch) + from_seconds(link.offset_s);
-  e.sigma_s = f.sigma(at.offset);
-  e.epoch = imu.epoch + from_seconds(link.centre_s);
-  e.drift = link.drift;
-  if (at.drift >= 0) e.drift_sigma = f.sigma(at.drift);
+  write_clock(e, f, link, at, imu, body);
   write_pose(e, link.T_body_imu, f, at.rotation, at.translation);
   write_own(e, f, m);
   say_drift(e, link.drift, f.sigma(at.drift), false);

@@ -41,12 +41,22 @@ struct Pair {
 };
 
 Pair fit_pair(const CameraSession& camera, const ImuSession& imu, const BatchOptions& options) {
-  Pair out{&camera, &imu, find_start(camera, imu), {}, {}};
-  if (!out.start.refusal.empty()) {
-    out.refusals = {out.start.refusal};
+  Pair out{&camera, &imu, {}, {}, {}};
+  if (!imu.counts_metres()) {
+    out.refusals = {
+        fmt::format("{} reads {:.3g} m/s² in the middle, where gravity alone makes 9.8: in which unit does "
+                    "its accelerometer count?",
+                    imu.stream->name, imu.typical_accel)};
     return out;
   }
-  out.fast = fit_discrete(camera, imu, out.start, {.threads = options.threads});
+  out.start = find_start(camera, imu);
+  if (!out.start.refusal.empty()) {
+    out.refusals = {out.start.refusal};
+    if (const std::string advice = turn_advice(turn_excitation(camera)); !advice.empty())
+      out.refusals.push_back(advice);
+    return out;
+  }
+  out.fast = fit_discrete(camera, imu, out.start, options.threads);
   if (out.fast.converged) return out;
   out.refusals = {out.fast.failure};
   const TurnExcitation turn = turn_excitation(imu, out.start.R_imu_cam, imu.curve.begin_s(), imu.curve.end_s());
@@ -332,7 +342,8 @@ Estimate spline_answer(const SplineAnswer& fine, std::size_t c, const std::vecto
   if (c > 0) write_chain(e, f, c - 1, c, cameras[c - 1]->camera->stream->name);
   e.extras.push_back({"knot_interval_s", m.knot_interval_s(), std::nullopt});
   e.extras.push_back({"reprojection_rms_px", m.noise().cameras[c].corner_px, std::nullopt});
-  doubt_lens(e, fine.residuals.cameras[c], pair.camera->model(), m.noise().cameras[c].corner_px);
+  doubt_lens(e, fine.residuals.cameras[c], *pair.camera, m.noise().cameras[c].corner_px,
+             pose_sigma(f.covariance, f.layout.cameras[c]), options.threads);
   doubt_windows(e, fine.windows[c]);
   doubt_sigma(e);
   doubt_imu(e, m.calibration().imus[0], m.layout().imus[0], fine.imu_left[0]);
@@ -453,7 +464,7 @@ std::vector<Estimate> calibrate_rig(std::span<const CornerStream> cameras, std::
       e = both.back();
     }
     if (!pair.start.curve.name.empty()) e.evidence.panels.push_back(pair.start.curve);
-    if (pair.camera) e.evidence.panels.push_back(coverage_panel(*pair.camera));
+    if (pair.camera) e.evidence.panels.push_back(coverage_panel(pair.camera->poses.views));
     if (good && fine.converged) add_panels(e, fine, at);
     e.estimates = std::move(both);
     if (good) ++at;

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "takt/math/median.h"
 #include "takt/math/parallel.h"
 
 namespace takt::batch {
@@ -22,13 +23,6 @@ constexpr double rayleigh_median = 1.17741;
 /// A pose whose typical corner is this far off explains nothing (px).
 constexpr double hopeless_px = 5;
 constexpr int poses_a_task = 16;
-
-double median(std::vector<double> v) {
-  if (v.empty()) return 0;
-  const auto mid = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), mid, v.end());
-  return *mid;
-}
 
 /// Every so-manieth corner, `count` of them, from a given one on.
 std::vector<CornerObservation> spread_out(std::span<const CornerObservation> all, std::size_t count,
@@ -98,12 +92,11 @@ bool refine(const CameraModel& model, std::span<const Vec3> board, std::span<con
     if (factor.info() != Eigen::Success || !(factor.vectorD().minCoeff() > 1e-9 * factor.vectorD().maxCoeff()))
       return false;
     const Vec6 step = -factor.solve(at.gradient);
-    // What the step would still gain, in corners: far below one is the end.
+    // What the step gains, in corners: far below one it is the last, as the next would gain the square of that.
     const double gain = -step.dot(at.gradient);
-    if (!(gain >= 0)) return false;
-    if (gain < 1e-8 * at.squares / static_cast<double>(corners.size()) + 1e-12 || at.squares > 4 * before)
-      return at.squares <= 4 * before;
+    if (!(gain >= 0) || at.squares > 4 * before) return false;
     pose = moved(pose, step);
+    if (gain < 1e-4 * at.squares / static_cast<double>(corners.size()) + 1e-12) return true;
     before = at.squares;
   }
   return true;
@@ -132,7 +125,7 @@ std::optional<BoardView> first_pose(const CornerStream& s, std::size_t frame) {
   view.frame = frame;
   // The second and later attempts take fewer corners, so that one without strays comes along.
   for (std::size_t attempt = 0; attempt < 12; ++attempt) {
-    const auto some = spread_out(all, attempt == 0 ? 24 : 8, attempt);
+    const auto some = spread_out(all, attempt == 0 ? 16 : 8, attempt);
     const auto start = pose_by_homography(*s.model, s.board, some);
     if (!start) continue;
     view.T_cam_board = *start;
@@ -230,7 +223,7 @@ BoardViews find_board_poses(const CornerStream& s, int threads) {
     const double fitted = std::sqrt(1 - 3 / n_corners);  // six parameters from 2n numbers
     sigmas.push_back(median(distances(*s.model, s.board, view->corners, view->T_cam_board)) / rayleigh_median / fitted);
   }
-  out.corner_sigma_px = median(sigmas);
+  if (!sigmas.empty()) out.corner_sigma_px = median(sigmas);
   each([&](std::size_t i) {
     if (found[i] && !tidy_view(s, *found[i], out.corner_sigma_px)) found[i].reset();
   });

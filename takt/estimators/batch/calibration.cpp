@@ -67,6 +67,31 @@ void retract(Calibration& c, const BorderLayout& layout, const Eigen::Ref<const 
   if (layout.board_scale >= 0) c.board_scale += step[layout.board_scale];
 }
 
+namespace {
+
+/// A control point of the biases is near its neighbours, so faintly that only one without any reading feels it: in a
+/// gap of more than three intervals.
+void hold_biases(const BiasCurve& bias, int first, ArrowSystem& system) {
+  constexpr double gyro_sigma = 0.05, accel_sigma = 1;  // rad/s, m/s²; of neighbours' difference
+  using Vec6 = Eigen::Matrix<double, 6, 1>;
+  Vec6 weight;
+  weight << Vec3::Constant(1 / (gyro_sigma * gyro_sigma)), Vec3::Constant(1 / (accel_sigma * accel_sigma));
+  const Eigen::Matrix<double, 6, 6> w = weight.asDiagonal();
+  Eigen::Matrix<double, 12, 12> h;
+  h << w, -w, -w, w;
+  for (int k = 0; k + 1 < bias.points(); ++k) {
+    Vec6 apart;
+    apart << bias.gyro_points.col(k + 1) - bias.gyro_points.col(k),
+        bias.accel_points.col(k + 1) - bias.accel_points.col(k);
+    Eigen::Matrix<double, 12, 1> gradient;
+    gradient << -w * apart, w * apart;
+    const ArrowSystem::Block blocks[] = {{first + 6 * k, 12}};
+    system.accumulate(blocks, h, gradient);
+  }
+}
+
+}  // namespace
+
 void add_priors(const Calibration& c, const BorderLayout& layout, int border, ArrowSystem& system) {
   constexpr double loose_gravity_sigma = 0.5, earth_gravity_sigma = 0.02, scale_sigma = 1;
   const bool is_measure = std::ranges::any_of(layout.imus, [](const auto& at) { return at.matrices >= 0; });
@@ -75,6 +100,8 @@ void add_priors(const Calibration& c, const BorderLayout& layout, int border, Ar
   const ArrowSystem::Block gravity[] = {{border + layout.gravity, 3}};
   system.accumulate(gravity, along * along.transpose(),
                     (c.gravity_board.norm() - earth_gravity) / gravity_sigma * along);
+  for (std::size_t m = 0; m < c.imus.size(); ++m)
+    if (layout.imus[m].bias >= 0) hold_biases(c.imus[m].bias, border + layout.imus[m].bias, system);
   if (layout.board_scale < 0) return;
   const ArrowSystem::Block scale[] = {{border + layout.board_scale, 1}};
   using One = Eigen::Matrix<double, 1, 1>;

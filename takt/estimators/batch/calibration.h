@@ -111,8 +111,9 @@ void retract(Calibration& c, const BorderLayout& layout, const Eigen::Ref<const 
 inline constexpr double earth_gravity = 9.806;
 
 /// What is known beforehand, and loosely enough to leave every decision to data that have something to say: the length
-/// of gravity and the board's scale. Where an accelerometer's own scale is sought, gravity's length is the measure: as
-/// far as it varies over the Earth. `border`: where the border begins in the system.
+/// of gravity, the board's scale, and that biases are much the same from one control point to the next. Where an
+/// accelerometer's own scale is sought, gravity's length is the measure: as far as it varies over the Earth. `border`:
+/// where the border begins in the system.
 void add_priors(const Calibration& c, const BorderLayout& layout, int border, ArrowSystem& system);
 
 /// c_g, c_a and τ as one of three.

@@ -31,11 +31,8 @@ struct DiscreteFit {
   double row_slope_s = 0, row_slope_sigma_s = 0;  ///< what is left along the rows: a line delay that is not modelled
 };
 
-struct DiscreteOptions {
-  bool drift = true;
-  int threads = 0;
-};
+/// Threads: 0 is as many as there are cores; the result is the same for any number.
 [[nodiscard]] DiscreteFit fit_discrete(const CameraSession& camera, const ImuSession& imu, const Start& start,
-                                       const DiscreteOptions& options = {});
+                                       int threads = 0);
 
 }  // namespace takt::batch

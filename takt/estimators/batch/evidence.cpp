@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace takt::batch {
 
@@ -81,22 +82,67 @@ Panel bias_panel(const BiasCurve& bias, bool gyro) {
   return p;
 }
 
-Panel coverage_panel(const CameraSession& camera) {
+Panel coverage_panel(std::span<const BoardView> views) {
   Panel p = panel("coverage", "points", "Where in the picture corners were seen",
                   "Rows are counted downward. Parts that no corner reached are not calibrated by this recording.");
   p.x = {"column", "px", {}, {}};
   Series rows{"row", "px", {}, {}};
   std::size_t all = 0;
-  for (const BoardView& v : camera.poses.views) all += v.corners.size();
+  for (const BoardView& v : views) all += v.corners.size();
   const std::size_t step = std::max<std::size_t>(1, all / most_points);
   std::size_t i = 0;
-  for (const BoardView& v : camera.poses.views)
+  for (const BoardView& v : views)
     for (const CornerObservation& c : v.corners) {
       if (i++ % step != 0) continue;
       p.x.values.push_back(c.pixel.x());
       rows.values.push_back(c.pixel.y());
     }
   p.y.push_back(std::move(rows));
+  return p;
+}
+
+Panel scatter_panel(std::span<const Vec2> off_px) {
+  Panel p =
+      panel("reprojection_scatter", "points", "How far corners are seen from where the lens puts them",
+            "One round cloud about zero. Arms or lumps are corners that are detected wrongly, or a lens of another "
+            "kind.");
+  p.x = {"columns", "px", {}, {}};
+  Series rows{"rows", "px", {}, {}};
+  const std::size_t step = std::max<std::size_t>(1, off_px.size() / most_points);
+  for (std::size_t i = 0; i < off_px.size(); i += step) {
+    p.x.values.push_back(off_px[i].x());
+    rows.values.push_back(off_px[i].y());
+  }
+  p.y.push_back(std::move(rows));
+  return p;
+}
+
+Panel radial_panel(std::span<const Vec2> at_px, std::span<const Vec2> off_px, const CameraModel& model,
+                   double noise_px) {
+  constexpr std::size_t rings = 24;
+  constexpr double fewest = 10;
+  const Vec2 centre(model.cx, model.cy);
+  const double radius = Vec2(model.width, model.height).norm() / 2 + 1;
+  std::vector<double> n(rings, 0), sum(rings, 0);
+  for (std::size_t i = 0; i < at_px.size(); ++i) {
+    const Vec2 arm = at_px[i] - centre;
+    const auto ring = std::min(rings - 1, static_cast<std::size_t>(rings * arm.norm() / radius));
+    n[ring] += 1;
+    sum[ring] += off_px[i].dot(arm.stableNormalized());
+  }
+  Panel p =
+      panel("radial_residuals", "points", "What corners miss by along the radius",
+            "Means over rings about the principal point, outward positive, with what noise alone would give them. "
+            "A wave means that a lens of another kind would fit better.");
+  p.x = {"distance from the principal point", "px", {}, {}};
+  Series mean{"outward", "px", {}, {}};
+  for (std::size_t k = 0; k < rings; ++k) {
+    if (n[k] < fewest) continue;
+    p.x.values.push_back((static_cast<double>(k) + 0.5) * radius / rings);
+    mean.values.push_back(sum[k] / n[k]);
+    mean.sigma.push_back(noise_px / std::sqrt(n[k]));
+  }
+  p.y.push_back(std::move(mean));
   return p;
 }
 

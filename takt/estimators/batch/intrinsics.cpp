@@ -11,7 +11,9 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "takt/estimators/batch/evidence.h"
 #include "takt/estimators/batch/lens_fit.h"
+#include "takt/estimators/batch/lens_rival.h"
 #include "takt/estimators/batch/residual_field.h"
 
 namespace takt::batch {
@@ -305,8 +307,16 @@ CalibratedCamera calibrate_intrinsics(const CornerStream& s, int width, int heig
   out.covariance = shared * out.corner_sigma_px * out.corner_sigma_px * scale.cwiseInverse().asDiagonal() * inverse *
                    scale.cwiseInverse().asDiagonal();
   out.sigma = out.covariance.diagonal().cwiseSqrt();
+  std::vector<Vec2> seen_less_predicted;
+  for (const Vec2& miss : off) seen_less_predicted.push_back(-miss);
+  out.panels = {scatter_panel(seen_less_predicted),
+                radial_panel(seen_at, seen_less_predicted, out.model, out.corner_sigma_px), coverage_panel(out.views)};
   measure_views(out);
   judge(out);
+  if (field.is_clear())
+    if (const auto rival = find_lens_rival(out.model, out.views, s.board, out.corner_sigma_px, o.threads))
+      doubt(out, fmt::format("{} fits these corners better (noise {:.4f} px instead of {:.4f}): give it with --lens",
+                             rival->name, rival->noise_px, out.corner_sigma_px));
   return out;
 }
 

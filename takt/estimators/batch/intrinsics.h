@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "takt/calibration/estimate.h"
+#include "takt/calibration/evidence.h"
 #include "takt/estimators/batch/board_pose.h"
 #include "takt/streams/corners.h"
 
@@ -30,6 +31,7 @@ struct CalibratedCamera {
   double covered_width = 0, covered_height = 0;  ///< share of the picture that the corners span
   double largest_tilt_rad = 0;                   ///< of the board against the picture's plane
   std::vector<BoardView> views;                  ///< the frames used, at the answer
+  std::vector<Panel> panels;                     ///< residuals and coverage, for the report
   Verdict verdict = Verdict::refused;
   std::vector<std::string> reasons;
 };

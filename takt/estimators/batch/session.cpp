@@ -27,13 +27,11 @@ double noise_of(std::span<const Vec3> y) {
   return magnitudes.empty() ? 0 : 1.4826 * median(std::move(magnitudes)) / std::sqrt(924.0);
 }
 
-/// At rest or moved by hand an accelerometer reads about one gravity in the middle; in g that is 1.
-bool counts_in_g(std::span<const Vec3> accel) {
+double typical_length(std::span<const Vec3> accel) {
   std::vector<double> lengths;
   for (std::size_t i = 0; i < accel.size(); i += std::max<std::size_t>(1, accel.size() / 4000))
     lengths.push_back(accel[i].norm());
-  const double typical = median(std::move(lengths));
-  return typical > 0.7 && typical < 1.5;
+  return median(std::move(lengths));
 }
 
 }  // namespace
@@ -73,10 +71,13 @@ ImuSession open_imu(const ImuStream& s) {
   times.reserve(s.size());
   for (const Stamp t : s.stamps) times.push_back(to_seconds(t - epoch));
   std::vector<Vec3> accel = s.accel_m_s2;
-  const bool in_g = counts_in_g(accel);
-  if (in_g)
+  double typical = typical_length(accel);
+  const bool in_g = typical > 0.7 && typical < 1.5;
+  if (in_g) {
     for (Vec3& a : accel) a *= gravity_world().norm();
-  ImuSession out{&s, epoch, ImuCurve(std::move(times), s.gyro_rad_s, std::move(accel)), 0, {}, in_g};
+    typical *= gravity_world().norm();
+  }
+  ImuSession out{&s, epoch, ImuCurve(std::move(times), s.gyro_rad_s, std::move(accel)), 0, {}, in_g, typical};
   out.rate_hz = 1 / out.curve.median_step_s();
   const double root = std::sqrt(out.curve.median_step_s());
   out.high_pass = {std::max(1e-9, noise_of(out.curve.gyro())) * root,

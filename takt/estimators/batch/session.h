@@ -30,8 +30,12 @@ struct ImuSession {
   Stamp epoch{};
   ImuCurve curve;
   double rate_hz = 0;
-  ImuDensity high_pass{};  ///< white noise as sixth differences show it: a first guess, nothing more
-  bool was_in_g = false;   ///< the accelerometer was found to count in g and converted
+  ImuDensity high_pass{};    ///< white noise as sixth differences show it: a first guess, nothing more
+  bool was_in_g = false;     ///< the accelerometer was found to count in g and converted
+  double typical_accel = 0;  ///< median length of the specific force, m/s²
+
+  /// Moved by hand or at rest, an accelerometer reads about one gravity in the middle.
+  [[nodiscard]] bool counts_metres() const { return typical_accel > 4 && typical_accel < 25; }
 };
 
 /// Throws std::invalid_argument for streams that contradict themselves (sizes, no model, stamps out of order).

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "takt/estimators/batch/lens_rival.h"
 #include "takt/estimators/batch/residual_field.h"
 
 namespace takt::batch {
@@ -22,8 +23,29 @@ constexpr double known_rotation_rad = 0.5 * degree, known_translation_m = 0.02;
 /// Accelerometers are calibrated to a percent or so; a board that is off by more is not the one in the file.
 constexpr double wrong_board = 0.02, noted_scale = 0.003;
 constexpr double least_systematic_px = 0.02, systematic_share = 0.5;
+/// A better lens that would leave the camera within this of where it is changes nothing that is claimed.
+constexpr double elsewhere_sigmas = 2;
 constexpr std::size_t fewest_frames = 40;
 constexpr double shortest_s = 4;
+
+/// Of rates in the camera's frame, whose noise has this variance.
+TurnExcitation excitation_of(const std::vector<Vec3>& rates, double noise2) {
+  TurnExcitation out;
+  if (rates.size() < 2) return out;
+  Vec3 mean = Vec3::Zero();
+  Mat3 squares = Mat3::Zero();
+  for (const Vec3& w : rates) mean += w, squares += w * w.transpose();
+  const auto n = static_cast<double>(rates.size());
+  mean /= n;
+  const Mat3 covariance = squares / n - mean * mean.transpose();
+  out.about_axes = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(covariance);
+  // What noise alone shows is no turn.
+  out.weakest = std::sqrt(std::max(0.0, eigen.eigenvalues()[0] - noise2));
+  out.strongest = std::sqrt(std::max(0.0, eigen.eigenvalues()[2] - noise2));
+  eigen.eigenvectors().col(0).cwiseAbs().maxCoeff(&out.weakest_axis);
+  return out;
+}
 
 }  // namespace
 
@@ -34,29 +56,21 @@ std::string camera_axis(int axis) {
 
 TurnExcitation turn_excitation(const ImuSession& imu, const Mat3& R_imu_cam, double from_s, double to_s) {
   const auto times = imu.curve.times_s();
-  const Mat3 to_camera = R_imu_cam.transpose();
-  Vec3 mean = Vec3::Zero();
-  Mat3 squares = Mat3::Zero();
-  double n = 0;
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    if (times[i] < from_s || times[i] > to_s) continue;
-    const Vec3 w = to_camera * imu.curve.gyro()[i];
-    mean += w;
-    squares += w * w.transpose();
-    n += 1;
+  std::vector<Vec3> rates;
+  for (std::size_t i = 0; i < times.size(); ++i)
+    if (times[i] >= from_s && times[i] <= to_s) rates.push_back(R_imu_cam.transpose() * imu.curve.gyro()[i]);
+  return excitation_of(rates, imu.high_pass.gyro * imu.high_pass.gyro * imu.rate_hz);
+}
+
+TurnExcitation turn_excitation(const CameraSession& camera) {
+  const std::vector<BoardView>& views = camera.poses.views;
+  std::vector<Vec3> rates;
+  for (std::size_t i = 1; i < views.size(); ++i) {
+    const Quat turn = views[i - 1].T_cam_board.rotation * views[i].T_cam_board.rotation.conjugate();
+    const double dt = camera.time_s[views[i].frame] - camera.time_s[views[i - 1].frame];
+    if (dt <= longest_join_s) rates.push_back(log_so3(turn) / dt);
   }
-  TurnExcitation out;
-  if (n < 2) return out;
-  mean /= n;
-  const Mat3 covariance = squares / n - mean * mean.transpose();
-  out.about_axes = covariance.diagonal().cwiseMax(0).cwiseSqrt();
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(covariance);
-  // What noise alone shows is no turn.
-  const double noise2 = imu.high_pass.gyro * imu.high_pass.gyro * imu.rate_hz;
-  out.weakest = std::sqrt(std::max(0.0, eigen.eigenvalues()[0] - noise2));
-  out.strongest = std::sqrt(std::max(0.0, eigen.eigenvalues()[2] - noise2));
-  eigen.eigenvectors().col(0).cwiseAbs().maxCoeff(&out.weakest_axis);
-  return out;
+  return excitation_of(rates, 0);
 }
 
 bool WindowCheck::scatter() const {
@@ -98,11 +112,11 @@ PoseSigma pose_sigma(const Eigen::MatrixXd& covariance, const BorderLayout::Came
 }
 
 std::string turn_advice(const TurnExcitation& turn) {
-  if (turn.weakest >= std::max(least_turn, least_share * turn.strongest)) return "";
+  const bool still = turn.strongest < least_turn;  // which is another matter
+  if (still || turn.weakest >= std::max(least_turn, least_share * turn.strongest)) return "";
   return fmt::format(
       "the rig hardly turned about one direction ({:.3f} rad/s rms against {:.2f} about the liveliest): rotate it "
-      "about "
-      "the camera's {} axis too",
+      "about the camera's {} axis too",
       turn.weakest, turn.strongest, camera_axis(turn.weakest_axis));
 }
 
@@ -170,11 +184,22 @@ void doubt_scale(Estimate& e, const Calibration& c, double scale_sigma, double g
                                     c.gravity_board.norm(), gravity_sigma));
 }
 
-void doubt_lens(Estimate& e, const CameraResiduals& residuals, const CameraModel& model, double corner_noise_px) {
+void doubt_lens(Estimate& e, const CameraResiduals& residuals, const CameraSession& camera, double corner_noise_px,
+                const PoseSigma& sigma, int threads) {
+  const CameraModel& model = camera.model();
   const ResidualField field =
       residual_field(residuals.at_px, residuals.off_px, model.width, model.height, corner_noise_px);
   e.extras.push_back({"systematic_corner_error_px", field.is_clear() ? field.systematic_px : 0, std::nullopt});
-  if (field.is_clear() && field.systematic_px > std::max(least_systematic_px, systematic_share * corner_noise_px))
+  if (!field.is_clear()) return;
+  const auto rival = find_lens_rival(model, camera.poses.views, camera.stream->board, corner_noise_px, threads);
+  if (rival && (rival->turn_rad > elsewhere_sigmas * sigma.rotation_rad ||
+                rival->shift_m > elsewhere_sigmas * sigma.translation_m))
+    e.doubt(Verdict::weak,
+            fmt::format("a {} lens fits these corners better (χ² less by {:.0f}) and would stand {:.2f} mm and {:.3f}° "
+                        "elsewhere: the intrinsics are of another kind of lens (takt calibrate --cameras-only); the "
+                        "offset hardly depends on it",
+                        rival->name, rival->gain, 1e3 * rival->shift_m, rival->turn_rad / degree));
+  if (field.systematic_px > std::max(least_systematic_px, systematic_share * corner_noise_px))
     e.doubt(
         Verdict::weak,
         fmt::format("corners miss by {:.3f} px in the same way wherever they are seen in one part of the picture: the "

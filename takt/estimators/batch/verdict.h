@@ -16,6 +16,8 @@ struct TurnExcitation {
   int weakest_axis = 0;               ///< the camera's axis nearest to the weakest principal one
 };
 [[nodiscard]] TurnExcitation turn_excitation(const ImuSession& imu, const Mat3& R_imu_cam, double from_s, double to_s);
+/// The same by the board's views alone, where no IMU can be compared with them.
+[[nodiscard]] TurnExcitation turn_excitation(const CameraSession& camera);
 /// What to do about an axis that hardly turned; empty where all did.
 [[nodiscard]] std::string turn_advice(const TurnExcitation& turn);
 
@@ -45,8 +47,10 @@ void doubt_views(Estimate& e, const CameraSession& camera, std::size_t used, std
                  double corner_noise_px);
 /// Board and accelerometer must agree on how long a metre is.
 void doubt_scale(Estimate& e, const Calibration& c, double scale_sigma, double gravity_sigma);
-/// Corners that miss in the same way in one part of the picture.
-void doubt_lens(Estimate& e, const CameraResiduals& residuals, const CameraModel& model, double corner_noise_px);
+/// Corners that miss in the same way in one part of the picture: intrinsics that do not fit, or of a kind of lens that
+/// another one puts elsewhere by more than `sigma` allows.
+void doubt_lens(Estimate& e, const CameraResiduals& residuals, const CameraSession& camera, double corner_noise_px,
+                const PoseSigma& sigma, int threads);
 /// What an IMU turned out to be beyond its data sheet, and whether it asks for more than it was given.
 void doubt_imu(Estimate& e, const ImuLink& imu, const BorderLayout::Imu& at, const ImuEvidence& asks);
 

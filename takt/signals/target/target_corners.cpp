@@ -47,17 +47,7 @@ class Pieces {
 
 CornerStream find_target_corners(const CameraStream& stream, const Target& target,
                                  const TargetCornersOptions& options) {
-  CornerStream out;
-  out.name = stream.name;
-  out.clock = stream.clock;
-  out.stamps = stream.stamps;
-  out.exposures_s = stream.exposures_s;
-  out.timing = stream.timing;
-  out.model = stream.model;
-  out.T_body_cam = stream.T_body_cam;
-  out.board = board_points(target);
-  out.corners.resize(stream.size());
-
+  CornerStream out = without_corners(stream, board_points(target));
   const BoardLayout layout = board_layout(target);
   Pieces pieces(stream);
   std::atomic<std::size_t> done{0};
