@@ -36,6 +36,7 @@ Estimate together(const std::vector<Estimate>& found) {
     }
     other.evidence = {};
     other.estimates.clear();
+    other.notes.clear();  // the result's own
     e.estimates.push_back(std::move(other));
   }
   return e;
@@ -51,7 +52,7 @@ PendulumOutcome calibrate_one(const std::string& input, const Line& line, const 
   };
   PendulumOutcome out = calibrate_pendulum(job);
   if (!common.quiet)
-    for (const std::string& note : out.notes) fmt::print(stderr, "{}\n", note);
+    for (const std::string& note : out.notes) fmt::print(stderr, "takt: {}\n", note);
   return out;
 }
 
