@@ -135,7 +135,8 @@ Estimate read_result(const std::string& path) {
   std::vector<char> buffer(1 << 16);
   while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0)
     text.append(buffer.data(), static_cast<std::size_t>(in.gcount()));
-  if (!in.eof()) throw Error(std::string("cannot be read: ") + std::strerror(errno), path, "");
+  if (!in.eof())
+    throw Error(std::string("cannot be read: ") + std::strerror(errno), path, "name a result that takt wrote with -o");
   return is_yaml(path) ? estimate_from_yaml(text, path) : estimate_from_json(text, path);
 }
 

@@ -11,7 +11,7 @@ namespace {
 constexpr double deg = std::numbers::pi / 180;
 
 ExposureInstant instant_of(const std::string& stamp) {
-  if (stamp == "start") return ExposureInstant::start;
+  if (stamp == "start" || stamp == "begin") return ExposureInstant::start;
   if (stamp == "middle") return ExposureInstant::middle;
   if (stamp == "end") return ExposureInstant::end;
   throw std::invalid_argument("stamp: \"" + stamp + "\" is none of start, middle, end");
