@@ -11,6 +11,7 @@
 #include "cli/open_options.h"
 #include "cli/output.h"
 #include "cli/progress.h"
+#include "takt/error.h"
 #include "takt/workflows/pendulum_repeats.h"
 #include "takt/workflows/provenance.h"
 
@@ -79,6 +80,9 @@ int one_run(const std::string& input, const Line& line, const Common& common) {
 int repeats(const Line& line, const Common& common) {
   std::vector<PendulumRun> runs;
   std::vector<std::string> files;
+  for (const std::string& input : line.inputs)
+    if (std::error_code failed; !std::filesystem::exists(input, failed))
+      throw Error("no such file or folder", input, "check the path");
   for (const std::string& input : line.inputs) {
     PendulumOutcome out = calibrate_one(input, line, common);
     const std::filesystem::path path(input);

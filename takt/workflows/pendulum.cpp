@@ -202,6 +202,9 @@ PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
   const std::optional<YamlFields> rig = read_rig_file(job, out);
   const AngleStream dial = dial_of(streams, rig, job, out);
   PendulumOptions options = job.pendulum;
+  if (options.estimate_line_delay && dial.rows.empty())
+    throw Error("its angles do not say which rows they are from, so there is no line delay in them",
+                job.input.empty() ? job.angle_file : job.input, "give pictures of the dial, or leave out --line-delay");
   // Readings of a frame from several rows are there to find what lies between the rows.
   if (!dial.rows.empty()) options.estimate_line_delay = true;
   const auto rig_temperature = rig ? rig->number("temperature_c") : std::nullopt;
