@@ -263,12 +263,16 @@ std::string refuse_spans(const AngleStream& dial, const ImuStream& imu) {
 }
 
 /// Standard deviation of stamps that are rounded to a grid; 0 where the grid may be the sensor's own clock: every step
-/// alike, or the grid as wide as the steps (samples of an even clock of which some are missing).
+/// alike, or some of them as short as the grid is wide (samples of an even clock of which some are missing).
 double rounding_sigma_s(const std::vector<Stamp>& stamps) {
   const StampAudit a = audit(stamps);
-  if (!a.resolution || !a.rate_hz || (a.jitter_s && *a.jitter_s == 0)) return 0;
-  const double grid = to_seconds(*a.resolution);
-  return grid * *a.rate_hz < 1.0 / 3 ? grid / std::sqrt(12.0) : 0;
+  if (!a.resolution || (a.jitter_s && *a.jitter_s == 0)) return 0;
+  std::vector<Stamp> sorted = stamps;
+  std::sort(sorted.begin(), sorted.end());
+  Duration shortest = Duration::max();
+  for (std::size_t i = 1; i < sorted.size(); ++i)
+    if (sorted[i] != sorted[i - 1]) shortest = std::min(shortest, sorted[i] - sorted[i - 1]);
+  return shortest > 2 * *a.resolution ? to_seconds(*a.resolution) / std::sqrt(12.0) : 0;
 }
 
 /// A FIFO that is read out at once and stamped then: what the samples' own times were cannot be told.
