@@ -94,7 +94,7 @@ void write_file(const std::string& path, const std::string& content) {
   // /dev/stdout and pipes can be neither replaced nor left half written.
   if (std::error_code e; fs::exists(path, e) && !fs::is_regular_file(path, e) && !fs::is_directory(path, e)) {
     std::ofstream out(path, std::ios::binary);
-    if (!(out << content) || !out.flush()) throw Error("cannot be written", path, "");
+    if (!(out << content) || !out.flush()) throw Error("cannot be written", path, "choose another place with -o");
     return;
   }
   const RemovedOnInterrupt temporary(path + ".part" + std::to_string(getpid()));

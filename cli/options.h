@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <string>
 #include <type_traits>
 
@@ -16,6 +17,25 @@ inline CLI::Validator above_zero() {
             return good ? std::string() : typed + " is not a number above 0";
           },
           "POSITIVE"};
+}
+
+/// Accepts any number that is one: CLI11 takes "nan" and "inf" as well.
+inline CLI::Validator a_number() {
+  return {[](std::string& typed) {
+            double value = 0;
+            const bool good = CLI::detail::lexical_cast(typed, value) && std::isfinite(value);
+            return good ? std::string() : typed + " is not a number";
+          },
+          ""};
+}
+
+/// Accepts digits alone: CLI11 reads -1 as the largest number there is.
+inline CLI::Validator whole_number() {
+  return {[](std::string& typed) {
+            const bool good = !typed.empty() && typed.find_first_not_of("0123456789") == std::string::npos;
+            return good ? std::string() : typed + " is not a whole number";
+          },
+          ""};
 }
 
 /// Adds every field of an options struct (takt/calibration/options.h) to a verb: search_s -> --search, in seconds.

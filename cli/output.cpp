@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "cli/interrupt.h"
+#include "cli/options.h"
 #include "cli/progress.h"
 #include "takt/calibration/words.h"
 #include "takt/error.h"
@@ -83,7 +84,7 @@ CLI::Validator writable_as(std::vector<std::string> endings) {
 void add_common(CLI::App& verb, Common& common) {
   verb.add_flag("--json", common.json, "print one JSON object and nothing else");
   verb.add_flag("-q,--quiet", common.quiet, "print the one line that matters, without progress");
-  verb.add_option("--seed", common.seed, "seed of everything random")->capture_default_str();
+  verb.add_option("--seed", common.seed, "seed of everything random")->check(whole_number())->capture_default_str();
   verb.add_option("--threads", common.threads, "threads to use; 0: all cores")
       ->check(CLI::Range(0, 1024))
       ->type_name("INT")
@@ -135,7 +136,8 @@ Estimate read_result(const std::string& path) {
   std::vector<char> buffer(1 << 16);
   while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0)
     text.append(buffer.data(), static_cast<std::size_t>(in.gcount()));
-  if (!in.eof()) throw Error(std::string("cannot be read: ") + std::strerror(errno), path, "");
+  if (!in.eof())
+    throw Error(std::string("cannot be read: ") + std::strerror(errno), path, "name a result that takt wrote with -o");
   return is_yaml(path) ? estimate_from_yaml(text, path) : estimate_from_json(text, path);
 }
 

@@ -11,6 +11,7 @@
 #include "cli/open_options.h"
 #include "cli/output.h"
 #include "cli/progress.h"
+#include "takt/error.h"
 #include "takt/workflows/pendulum_repeats.h"
 #include "takt/workflows/provenance.h"
 
@@ -36,6 +37,7 @@ Estimate together(const std::vector<Estimate>& found) {
     }
     other.evidence = {};
     other.estimates.clear();
+    other.notes.clear();  // the result's own
     e.estimates.push_back(std::move(other));
   }
   return e;
@@ -51,7 +53,7 @@ PendulumOutcome calibrate_one(const std::string& input, const Line& line, const 
   };
   PendulumOutcome out = calibrate_pendulum(job);
   if (!common.quiet)
-    for (const std::string& note : out.notes) fmt::print(stderr, "{}\n", note);
+    for (const std::string& note : out.notes) fmt::print(stderr, "takt: {}\n", note);
   return out;
 }
 
@@ -78,6 +80,9 @@ int one_run(const std::string& input, const Line& line, const Common& common) {
 int repeats(const Line& line, const Common& common) {
   std::vector<PendulumRun> runs;
   std::vector<std::string> files;
+  for (const std::string& input : line.inputs)
+    if (std::error_code failed; !std::filesystem::exists(input, failed))
+      throw Error("no such file or folder", input, "check the path");
   for (const std::string& input : line.inputs) {
     PendulumOutcome out = calibrate_one(input, line, common);
     const std::filesystem::path path(input);

@@ -20,7 +20,7 @@ std::string flags_of(const std::string& field) {
   for (char& c : whole)
     if (c == '_') c = '-';
   std::string flags = "--" + whole;
-  for (const char* unit : {"-rad-s", "-m-s2", "-m-s", "-rad", "-ppm", "-deg", "-hz", "-px", "-s"})
+  for (const char* unit : {"-rad-s", "-m-s2", "-m-s", "-rad", "-ppm", "-deg", "-hz", "-px", "-s", "-m", "-c"})
     if (whole.ends_with(unit)) return "--" + whole.substr(0, whole.size() - std::string(unit).size()) + "," + flags;
   return flags;
 }

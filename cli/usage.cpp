@@ -59,6 +59,16 @@ std::string about_unexpected(const CLI::App& verb, const std::string& typed) {
   return fmt::format("'{}' is not {}{}", word, kind, meant.empty() ? "" : "; did you mean " + meant + "?");
 }
 
+/// "say which: pendulum, handheld or ..." where a verb is several and none of them was named.
+std::string about_missing_kind(const CLI::App& verb, const std::vector<std::string>& left) {
+  const std::vector<std::string> kinds = verb_names(verb);
+  const std::string which = "say which of " + CLI::detail::join(kinds, ", ");
+  if (left.empty() || left.front().starts_with("-")) return which;
+  const std::string meant = nearest(left.front(), kinds);
+  return fmt::format("'{}' is none of its kinds; {}", left.front(),
+                     meant.empty() ? which : "did you mean " + meant + "?");
+}
+
 std::string first_line(const std::string& s) {
   return s.substr(0, s.find('\n'));
 }
@@ -82,6 +92,8 @@ std::string usage_complaint(const CLI::App& app, const CLI::ParseError& error) {
   const auto left = app.remaining(true);
   if (dynamic_cast<const CLI::ExtrasError*>(&error) && !left.empty())
     return full_name(verb) + ": " + about_unexpected(verb, left.front()) + hint;
+  if (verb.get_parent() && verb.get_require_subcommand_min() > 0)
+    return full_name(verb) + ": " + about_missing_kind(verb, left) + hint;
   // A misspelt option may surface as a missing argument; the misspelling is what helps.
   for (const std::string& typed : left)
     if (typed.starts_with("-")) return full_name(verb) + ": " + about_unexpected(verb, typed) + hint;

@@ -14,6 +14,7 @@
 #include "takt/recording/files.h"
 #include "takt/recording/picture.h"
 #include "takt/recording/text_table.h"
+#include "takt/recording/units.h"
 #include "takt/recording/yaml_fields.h"
 
 namespace fs = std::filesystem;
@@ -29,7 +30,7 @@ fs::path root_of(const fs::path& path) {
   return fs::is_directory(path / "mav0", failed) ? path / "mav0" : path;
 }
 
-/// Folders `<kind>0`, `<kind>1`, ... that hold a data.csv, by number.
+/// Folders `<kind>0`, `<kind>1`, ... by number.
 std::vector<fs::path> sensors(const fs::path& root, const std::string& kind) {
   std::vector<std::pair<unsigned long, fs::path>> found;
   std::error_code failed;
@@ -38,12 +39,19 @@ std::vector<fs::path> sensors(const fs::path& root, const std::string& kind) {
     if (!name.starts_with(kind) || name.size() > kind.size() + 6) continue;
     const std::string number = name.substr(kind.size());
     if (number.empty() || number.find_first_not_of("0123456789") != std::string::npos) continue;
-    if (fs::exists(entry.path() / "data.csv", failed)) found.emplace_back(std::stoul(number), entry.path());
+    if (fs::is_directory(entry.path(), failed)) found.emplace_back(std::stoul(number), entry.path());
   }
   std::sort(found.begin(), found.end());
   std::vector<fs::path> out;
   for (auto& [number, folder] : found) out.push_back(std::move(folder));
   return out;
+}
+
+/// Whether one of the folders holds a data.csv.
+bool any_data(const std::vector<fs::path>& folders) {
+  std::error_code failed;
+  return std::any_of(folders.begin(), folders.end(),
+                     [&](const fs::path& folder) { return fs::exists(folder / "data.csv", failed); });
 }
 
 /// The file's text, entered in `files`; empty where there is none.
@@ -121,7 +129,7 @@ std::size_t missing_pictures(const std::vector<PictureFile>& pictures, const fs:
 
 bool looks_like_asl(const std::string& path) {
   const fs::path root = root_of(path);
-  return !sensors(root, "cam").empty() || !sensors(root, "imu").empty();
+  return any_data(sensors(root, "cam")) || any_data(sensors(root, "imu")) || root.filename() == "mav0";
 }
 
 ImuStream read_asl_imu(std::string_view data_csv, std::string_view sensor_yaml, const std::string& name,
@@ -172,23 +180,92 @@ CameraStream read_asl_camera(const AslCameraFiles& files, const std::string& nam
   return camera;
 }
 
-Recording read_asl(const std::string& path, const OpenOptions&) {
-  Recording recording;
-  const fs::path root = root_of(path);
-  for (const fs::path& folder : sensors(root, "imu")) {
-    recording.files.push_back((folder / "data.csv").string());
-    const std::string data = read_file(recording.files.back());
-    const std::string sensor = read_if_there(folder / "sensor.yaml", recording.files);
-    recording.imus.push_back(read_asl_imu(data, sensor, folder.filename().string(), folder.string(), recording.notes));
-  }
-  for (const fs::path& folder : sensors(root, "cam")) {
-    recording.files.push_back((folder / "data.csv").string());
-    const std::string data = read_file(recording.files.back());
+namespace {
+
+/// The format fixes both units. Rates in degrees are a common mistake, though, that one option mends.
+void apply_units(ImuStream& imu, const OpenOptions& options, std::vector<std::string>& notes) {
+  if (options.rate_unit != RateUnit::automatic)
+    notes.push_back(imu.name + ": " + to_rad_per_s(imu.gyro_rad_s, "", options.rate_unit));
+}
+
+void check_time_unit(const OpenOptions& options, const std::string& where) {
+  if (options.time_unit != TimeUnit::automatic && options.time_unit != TimeUnit::ns)
+    throw Error("the stamps of an ASL folder are nanoseconds, whatever --time-unit says", where,
+                "leave it out, or write the stamps in nanoseconds");
+}
+
+ImuStream read_imu_folder(const fs::path& folder, const OpenOptions& options, Recording& recording) {
+  const std::string file = (folder / "data.csv").string(), name = folder.filename().string();
+  const std::string data = read_file(file);
+  recording.files.push_back(file);
+  const std::string sensor = read_if_there(folder / "sensor.yaml", recording.files);
+  ImuStream imu = read_asl_imu(data, sensor, name, folder.string(), recording.notes);
+  apply_units(imu, options, recording.notes);
+  return imu;
+}
+
+/// Folders with a data.csv; of the others it is said that they were left out.
+std::vector<fs::path> with_data(const std::vector<fs::path>& folders, std::vector<std::string>& notes) {
+  std::vector<fs::path> out;
+  for (const fs::path& folder : folders)
+    if (any_data({folder}))
+      out.push_back(folder);
+    else
+      notes.push_back(folder.filename().string() + ": has no data.csv and was left out");
+  return out;
+}
+
+/// Each on its own, so that one that cannot be read does not silence the others.
+void read_imus_that_can_be(const std::vector<fs::path>& folders, const OpenOptions& options, Recording& recording,
+                           std::vector<UnreadableStream>& unreadable) {
+  for (const fs::path& folder : folders) try {
+      recording.imus.push_back(read_imu_folder(folder, options, recording));
+    } catch (const Error& e) {
+      unreadable.push_back({folder.filename().string(), e});
+    }
+  if (!unreadable.empty() && recording.imus.empty()) throw unreadable.front().why;
+}
+
+void read_cameras(const std::vector<fs::path>& folders, Recording& recording) {
+  for (const fs::path& folder : with_data(folders, recording.notes)) {
+    const std::string file = (folder / "data.csv").string(), name = folder.filename().string();
+    const std::string data = read_file(file);
+    recording.files.push_back(file);
     const std::string sensor = read_if_there(folder / "sensor.yaml", recording.files);
     const std::string exposure = read_if_there(folder / "exposure.csv", recording.files);
-    recording.cameras.push_back(
-        read_asl_camera({data, sensor, exposure}, folder.filename().string(), folder.string(), recording.notes));
+    recording.cameras.push_back(read_asl_camera({data, sensor, exposure}, name, folder.string(), recording.notes));
   }
+}
+
+struct SensorFolders {
+  std::vector<fs::path> imus, cameras;
+};
+SensorFolders sensor_folders(const std::string& path, const OpenOptions& options) {
+  check_time_unit(options, path);
+  const fs::path root = root_of(path);
+  SensorFolders found{sensors(root, "imu"), sensors(root, "cam")};
+  if (found.imus.empty() && found.cameras.empty())
+    throw Error("has neither an imu0 nor a cam0 in it", root.string(), "copy the recording again, whole");
+  return found;
+}
+
+}  // namespace
+
+Recording read_asl(const std::string& path, const OpenOptions& options) {
+  const SensorFolders folders = sensor_folders(path, options);
+  Recording recording;
+  for (const fs::path& folder : with_data(folders.imus, recording.notes))
+    recording.imus.push_back(read_imu_folder(folder, options, recording));
+  read_cameras(folders.cameras, recording);
+  return recording;
+}
+
+Recording read_asl_in_part(const std::string& path, const OpenOptions& options,
+                           std::vector<UnreadableStream>& unreadable) {
+  const SensorFolders folders = sensor_folders(path, options);
+  Recording recording;
+  read_imus_that_can_be(folders.imus, options, recording, unreadable);
+  read_cameras(folders.cameras, recording);
   return recording;
 }
 

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "takt/recording/format.h"
+#include "takt/recording/open_in_part.h"
 
 /// The folder of the ASL dataset format (EuRoC, TUM-VI): `mav0/camN`, `mav0/imuN`, or the folder that holds those.
 /// Stamps are ns; every sensor shares one clock. docs/cli.md lists the extra keys of sensor.yaml.
@@ -11,6 +12,9 @@ namespace takt {
 
 [[nodiscard]] bool looks_like_asl(const std::string& path);
 [[nodiscard]] Recording read_asl(const std::string& path, const OpenOptions& options);
+/// Goes on without IMUs that cannot be read, as long as there is one that can; see open_recording_in_part.
+[[nodiscard]] Recording read_asl_in_part(const std::string& path, const OpenOptions& options,
+                                         std::vector<UnreadableStream>& unreadable);
 
 /// The text files of one camera folder; the last two may be empty.
 struct AslCameraFiles {

@@ -59,6 +59,10 @@ bool LiveBytes::open() {
     errno = ENOENT;
     return false;
   }
+  if (S_ISDIR(about.st_mode)) {
+    errno = EISDIR;
+    return false;
+  }
   if (S_ISCHR(about.st_mode)) {
     line_->device = true;
     sp_port* port = nullptr;
@@ -84,6 +88,8 @@ bool LiveBytes::open() {
   if (termios raw{}; line_->device && tcgetattr(fd, &raw) == 0) {
     cfmakeraw(&raw);
     tcsetattr(fd, TCSANOW, &raw);
+  } else {
+    line_->device = false;  // /dev/null and the like end, and do not come back
   }
   line_->fd = fd;
   return true;

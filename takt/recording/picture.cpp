@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <string_view>
 
 #include "takt/error.h"
 #include "takt/recording/files.h"
 #include "takt/recording/lower_case.h"
+#include "takt/recording/output_file.h"
 #include "takt/recording/stored_picture.h"
 
 namespace takt {
@@ -63,12 +65,33 @@ class PictureReader : public FrameReader, public KeepsStored {
   std::string encoded_;  // the last one
 };
 
-/// Whether a PNG or JPEG goes on to its end mark. What is cut off would be half a picture, and a line of the decoder's
-/// own on stderr.
-bool whole(std::string_view encoded) {
-  constexpr std::string_view png_end = "IEND", jpeg_end = "\xFF\xD9";
-  if (encoded.starts_with(png_magic)) return encoded.rfind(png_end) != std::string_view::npos;
-  if (encoded.starts_with(jpeg_magic)) return encoded.rfind(jpeg_end) != std::string_view::npos;
+std::uint32_t big_endian(std::span<const std::byte> four) {
+  std::uint32_t value = 0;
+  for (const std::byte b : four) value = value << 8 | std::to_integer<std::uint32_t>(b);
+  return value;
+}
+
+/// Chunks of length, type, data and checksum up to the end's, every checksum right.
+bool whole_png(std::span<const std::byte> encoded) {
+  constexpr std::size_t signature = 8, around = 12;
+  for (std::size_t place = signature; encoded.size() >= place + around;) {
+    const std::uint32_t length = big_endian(encoded.subspan(place, 4));
+    if (length > encoded.size() - place - around) return false;
+    const auto type_and_data = encoded.subspan(place + 4, 4 + std::size_t{length});
+    place += around + length;
+    if (crc32_of(type_and_data) != big_endian(encoded.subspan(place - 4, 4))) return false;
+    if (big_endian(type_and_data.first(4)) == 0x49454E44) return true;  // "IEND"
+  }
+  return false;
+}
+
+/// Whether a PNG is as it was written and a JPEG goes on to its end mark. Of what is damaged or cut off the decoder
+/// would make half a picture, and say so in a line of its own on stderr.
+bool whole(std::span<const std::byte> encoded) {
+  const std::string_view text(reinterpret_cast<const char*>(encoded.data()), encoded.size());
+  constexpr std::string_view jpeg_end = "\xFF\xD9";
+  if (text.starts_with(png_magic)) return whole_png(encoded);
+  if (text.starts_with(jpeg_magic)) return text.rfind(jpeg_end) != std::string_view::npos;
   return true;
 }
 
@@ -76,7 +99,7 @@ bool whole(std::string_view encoded) {
 
 GrayImage decode_picture(std::span<const std::byte> encoded) {
   if (encoded.empty() || encoded.size() > most_bytes) return {};
-  if (!whole({reinterpret_cast<const char*>(encoded.data()), encoded.size()})) return {};
+  if (!whole(encoded)) return {};
   auto pixels = std::make_shared<cv::Mat>();
   try {
     // A view: imdecode reads the bytes in place.

@@ -6,6 +6,8 @@
 #include <span>
 #include <stdexcept>
 
+#include "takt/math/median.h"
+
 namespace takt {
 
 namespace {
@@ -16,16 +18,9 @@ struct Point {
   double y = 0;  // ns
 };
 
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  if (v.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(v.begin(), middle));
-}
-
 double robust_sigma(std::vector<double> deviations) {
   for (double& d : deviations) d = std::abs(d);
-  return 1.4826 * median(std::move(deviations));
+  return 1.4826 * median_of_pair(std::move(deviations));
 }
 
 struct Line {
@@ -47,9 +42,9 @@ Line first_guess(std::span<const Point> points, double nominal_slope) {
   for (std::size_t i = 0; i + half < points.size(); ++i)
     if (const double dx = points[i + half].x - points[i].x; dx > 0)
       slopes.push_back((points[i + half].y - points[i].y) / dx);
-  Line line{0, slopes.empty() ? nominal_slope : median(std::move(slopes))};
+  Line line{0, slopes.empty() ? nominal_slope : median_of_pair(std::move(slopes))};
   if (!(line.slope > 0)) line.slope = nominal_slope;  // clocks run forward
-  line.at0 = median(residuals(points, line));
+  line.at0 = median_of_pair(residuals(points, line));
   return line;
 }
 
@@ -98,8 +93,8 @@ std::size_t find_step(std::span<const Point> points, const Line& line, double to
       return std::vector<double>(r.begin() + static_cast<std::ptrdiff_t>(from),
                                  r.begin() + static_cast<std::ptrdiff_t>(to));
     };
-    const double before = median(part(i - std::min(i, window), i));
-    const double after = median(part(i, std::min(i + window, r.size())));
+    const double before = median_of_pair(part(i - std::min(i, window), i));
+    const double after = median_of_pair(part(i, std::min(i + window, r.size())));
     if (const double size = std::abs(after - before); size > largest) {
       largest = size;
       step = i;

@@ -9,6 +9,7 @@
 
 #include "takt/calibration/tree.h"
 #include "takt/calibration/words.h"
+#include "takt/math/median.h"
 
 namespace takt {
 
@@ -55,20 +56,13 @@ MeanAndStd mean_and_std(const std::vector<double>& x) {
   return out;
 }
 
-double median(std::vector<double> x) {
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  if (x.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(x.begin(), middle));
-}
-
 std::vector<std::size_t> outliers_of(const Answers& a, const std::vector<Estimate>& results) {
   std::vector<std::size_t> out;
   if (a.size() < fewest_for_outliers) return out;
-  const double centre = median(a.offset_s);
+  const double centre = median_of_pair(a.offset_s);
   std::vector<double> away;
   for (const double x : a.offset_s) away.push_back(std::abs(x - centre));
-  const double scatter = 1.4826 * median(away);
+  const double scatter = 1.4826 * median_of_pair(away);
   for (std::size_t i = 0; i < a.size(); ++i) {
     // An answer that says itself that it is uncertain is not an outlier.
     const double expected = std::max(scatter, results[a.results[i]].sigma_s.value_or(0));

@@ -11,7 +11,7 @@
 
 #include "takt/error.h"
 #include "takt/recording/files.h"
-#include "takt/recording/open_recording.h"
+#include "takt/recording/open_in_part.h"
 #include "takt/recording/yaml_fields.h"
 #include "takt/workflows/dial_rig.h"
 #include "takt/workflows/pick_named.h"
@@ -30,15 +30,17 @@ struct Streams {
   std::vector<AngleStream> angles;
   std::vector<CameraStream> cameras;
   std::vector<ImuStream> imus;
+  std::vector<UnreadableStream> unreadable;  ///< IMUs
 };
 
 void read_into(Streams& s, const std::string& path, const PendulumJob& job, PendulumOutcome& out) {
-  Recording r = open_recording(path, job.open);
+  auto [r, unreadable] = open_recording_in_part(path, job.open);
   append(out.notes, r.notes);
   append(out.files, r.files);
   std::move(r.angles.begin(), r.angles.end(), std::back_inserter(s.angles));
   std::move(r.cameras.begin(), r.cameras.end(), std::back_inserter(s.cameras));
   std::move(r.imus.begin(), r.imus.end(), std::back_inserter(s.imus));
+  std::move(unreadable.begin(), unreadable.end(), std::back_inserter(s.unreadable));
 }
 
 Streams read_streams(const PendulumJob& job, PendulumOutcome& out) {
@@ -62,10 +64,23 @@ Streams read_streams(const PendulumJob& job, PendulumOutcome& out) {
 
 /// What the stamps of the dial's frames mean.
 void apply_rig_file(FrameTiming& timing, const YamlFields& rig) {
-  if (const auto exposure = rig.number("exposure_s")) timing.exposure_s = *exposure;
+  if (rig.has("exposure_s")) timing.exposure_s = duration_s(rig, "exposure_s");
   if (const auto rows = rig.number("rows")) timing.rows = static_cast<int>(*rows);
-  if (const auto readout = rig.number("readout_s")) timing.readout_s = *readout;
+  if (rig.has("readout_s")) timing.readout_s = duration_s(rig, "readout_s");
   timing.instant = exposure_instant(rig).value_or(timing.instant);
+}
+
+/// The IMUs that were asked for. One that cannot be read has its refusal beside the others' answers.
+void pick_imus(Streams& s, const PendulumJob& job) {
+  std::erase_if(s.unreadable, [&](const UnreadableStream& u) {
+    return !job.reference.empty() && !name_matches(job.reference, u.name);
+  });
+  const bool asked_unreadable = !job.reference.empty() && !s.unreadable.empty() &&
+                                std::none_of(s.imus.begin(), s.imus.end(), [&](const ImuStream& imu) {
+                                  return name_matches(job.reference, imu.name);
+                                });
+  if (asked_unreadable) throw s.unreadable.front().why;
+  s.imus = pick_named(s.imus, job.reference, "IMU", job.input);
 }
 
 /// The estimator that was asked for takes the place of the default; all stay listed.
@@ -183,10 +198,13 @@ PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
     throw std::invalid_argument("there is no estimator \"" + job.estimator + "\"; there are spline, damped, extrema");
   PendulumOutcome out;
   Streams streams = read_streams(job, out);
-  streams.imus = pick_named(streams.imus, job.reference, "IMU", job.input);
+  pick_imus(streams, job);
   const std::optional<YamlFields> rig = read_rig_file(job, out);
   const AngleStream dial = dial_of(streams, rig, job, out);
   PendulumOptions options = job.pendulum;
+  if (options.estimate_line_delay && dial.rows.empty())
+    throw Error("its angles do not say which rows they are from, so there is no line delay in them",
+                job.input.empty() ? job.angle_file : job.input, "give pictures of the dial, or leave out --line-delay");
   // Readings of a frame from several rows are there to find what lies between the rows.
   if (!dial.rows.empty()) options.estimate_line_delay = true;
   const auto rig_temperature = rig ? rig->number("temperature_c") : std::nullopt;
@@ -198,6 +216,13 @@ PendulumOutcome calibrate_pendulum(const PendulumJob& job) {
       e.extras.push_back({"temperature_c", *t, std::nullopt});
     out.estimates.push_back(chosen(std::move(e), job.estimator));
   }
+  for (const UnreadableStream& imu : streams.unreadable) {
+    Estimate e = Estimate::refusal(out.estimates.front().method, imu.why.what());
+    e.sensor = dial.name;
+    e.reference = imu.name;
+    out.estimates.push_back(std::move(e));
+  }
+  for (Estimate& e : out.estimates) e.notes = out.notes;
   return out;
 }
 

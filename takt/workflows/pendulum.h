@@ -24,7 +24,7 @@ struct PendulumJob {
 };
 
 struct PendulumOutcome {
-  std::vector<Estimate> estimates;  ///< one an IMU
+  std::vector<Estimate> estimates;  ///< one an IMU; those that cannot be read come last
   std::vector<std::string> notes;   ///< what was assumed while reading
   std::vector<std::string> files;   ///< what was read
 };

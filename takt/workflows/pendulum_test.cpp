@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 
 #include "takt/recording/files.h"
@@ -128,6 +129,50 @@ TEST(PendulumWorkflow, ARigFileOfAnImpossibleDialIsRefusedWithItsName) {
   EXPECT_NE(why("dial_radius_m: 0.75\ncamera_distance_m: 0.45\ncell_deg: 0\n").find("rig.yaml"), std::string::npos);
   EXPECT_NE(why("dial_radius_m: 0.75\n").find("camera_distance_m is missing"), std::string::npos);
   EXPECT_EQ(why("dial_radius_m: 0.75\ncamera_distance_m: 0.45\n"), "");
+}
+
+TEST(PendulumWorkflow, AnImuThatCannotBeReadIsRefusedBesideTheOthersAnswers) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/run";
+  (void)simulated(path, {{"duration_s", "15"}, {"imus", "5"}, {"angles", "true"}}, 43);
+  const std::string good = read_file(path + "/mav0/imu0/data.csv");
+  (void)folder.file("run/mav0/imu0/data.csv", "");
+  std::filesystem::remove(path + "/mav0/imu1/data.csv");
+  std::string not_a_number = good;
+  not_a_number.replace(not_a_number.find(',', good.size() / 2) + 1, 3, "nan");
+  (void)folder.file("run/mav0/imu3/data.csv", not_a_number);
+  PendulumJob job;
+  job.input = path;
+  const PendulumOutcome found = calibrate_pendulum(job);
+  ASSERT_EQ(found.estimates.size(), 5u);
+  const std::vector<std::string> order{"imu2", "imu4", "imu0", "imu1", "imu3"},
+      why{"", "", "is empty", "cannot be read", "not a finite number"};
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const Estimate& e = found.estimates[i];
+    EXPECT_EQ(e.reference, order[i]);
+    EXPECT_EQ(e.answered(), i < 2) << order[i];
+    if (!e.answered()) {
+      EXPECT_NE(e.reasons.at(0).find(why[i]), std::string::npos) << e.reasons[0];
+    }
+  }
+  job.reference = "imu3";
+  EXPECT_NE(complaint([&] { (void)calibrate_pendulum(job); }).find("imu3/data.csv"), std::string::npos);
+}
+
+TEST(PendulumWorkflow, RatesOfAnAslFolderInDegreesAreReadWhenToldSo) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/run";
+  const Estimate truth = simulated(path, {{"duration_s", "15"}, {"angles", "true"}, {"rest_reading_deg", "1"}}, 44);
+  PendulumJob job;
+  job.input = path;
+  job.open.rate_unit = RateUnit::deg_s;
+  EXPECT_EQ(calibrate_pendulum(job).estimates.at(0).verdict, Verdict::refused);
+  job.open.rate_unit = RateUnit::rad_s;
+  const Estimate e = calibrate_pendulum(job).estimates.at(0);
+  ASSERT_TRUE(e.answered());
+  EXPECT_LT(std::abs(to_seconds(*e.offset - *truth.offset)), 4 * *e.sigma_s);
+  job.open.time_unit = TimeUnit::us;
+  EXPECT_NE(complaint([&] { (void)calibrate_pendulum(job); }).find("are nanoseconds"), std::string::npos);
 }
 
 TEST(PendulumWorkflow, ARollToldTheWrongWayRoundIsTurned) {

@@ -2,6 +2,7 @@
 #include "takt/estimators/pendulum/joint_spline.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "takt/estimators/pendulum/spline_model.h"
@@ -12,7 +13,8 @@ namespace takt::pendulum {
 namespace {
 
 constexpr const char* not_converging =
-    "the joint fit of angle and rate does not converge: were frames or samples lost while their stamps went on?";
+    "the joint fit of angle and rate does not converge: were frames or samples lost while their stamps went on, "
+    "or are the streams' stamps seconds apart?";
 
 double robust_sigma(std::vector<double> v) {
   for (double& x : v) x = std::abs(x);
@@ -85,12 +87,27 @@ void estimate_noise(const Residuals& r, SplineModel& model) {
   model.noise.rate_rad_s = std::max(std::sqrt(variance), 1e-9);
 }
 
+/// Correlation from one bin of rates to the next that the gyro's own low-pass makes, whatever the motion: of their
+/// sixth differences, in which a swing leaves nothing, white noise has −6/7, and each step of it the weights 1, 12, 66,
+/// …
+double correlation_of_noise(const std::vector<RateBin>& bins) {
+  constexpr std::array<double, 7> binomial{1, -6, 15, -20, 15, -6, 1};
+  std::vector<double> differences;
+  for (std::size_t i = 0; i + binomial.size() <= bins.size(); ++i) {
+    double d = 0;
+    for (std::size_t k = 0; k < binomial.size(); ++k) d += binomial[k] * bins[i + k].rate_rad_s;
+    differences.push_back(d);
+  }
+  const double ratio = lag_one_correlation(differences);
+  return (924 * ratio + 792) / (1419 + 1584 * ratio);
+}
+
 /// Positive correlation from one residual to the next means that the knots are too far apart for the motion. Noise
-/// through the gyro's own low-pass correlates neighbouring bins a little, hence its looser limit.
+/// through the gyro's own low-pass correlates neighbouring bins too, hence its looser limit.
 bool follows_the_motion(const std::vector<double>& angle_residuals, const SplineModel& model) {
   const double limit = 0.05 + 4 / std::sqrt(static_cast<double>(angle_residuals.size()));
-  return lag_one_correlation(angle_residuals) < limit &&
-         lag_one_correlation(model.binned_rate_residuals()) < 0.25 + limit;
+  return lag_one_correlation(angle_residuals) < limit && lag_one_correlation(model.binned_rate_residuals()) <
+                                                             std::max(0.25, correlation_of_noise(model.bins())) + limit;
 }
 
 void tell_stretches(const SplineModel& model, const SplineTask& task, SplineFit& fit) {

@@ -9,6 +9,7 @@
 
 #include "takt/estimators/pendulum/evidence.h"
 #include "takt/estimators/pendulum/joint_spline.h"
+#include "takt/estimators/pendulum/jump.h"
 #include "takt/estimators/pendulum/per_swing.h"
 
 namespace takt {
@@ -31,13 +32,14 @@ std::string refuse_motion(const Signals& s, const Swings& swings) {
   for (const double a : s.angle_rad) low = std::min(low, a), high = std::max(high, a);
   const double reach = 0.5 * (high - low);
   if (reach < 30 * s.angle_noise_rad)
-    return fmt::format("{}: the angle varies by ±{:.4f}° with a noise of {:.4f}°",
+    return fmt::format("{}: the angle varies by ±{:.4f}° with a noise of {:.4f}°; release it from some 15°",
                        reach < 0.5 * deg ? "the pendulum is at rest" : "no swing stands out of the noise", reach / deg,
                        s.angle_noise_rad / deg);
   if (reach > std::numbers::pi)
-    return fmt::format("the angle varies by ±{:.1f} rad: no pendulum swings so far; is the angle in degrees?", reach);
+    return fmt::format("the angle varies by ±{:.4g} rad: no pendulum swings so far; is the angle in degrees?", reach);
   if (swings.all.size() < fewest_swings)
-    return fmt::format("too few swings: {} whole ones were found, {} are needed", swings.all.size(), fewest_swings);
+    return fmt::format("too few swings: {} whole ones were found, {} are needed: record a minute or two",
+                       swings.all.size(), fewest_swings);
   if (swings.period_s < 0.1 || swings.period_s > 30)
     return fmt::format("one swing lasts {:.3g} s: are the stamps in another unit?", swings.period_s);
   if (swings.period_s < 6 * s.frame_interval_s)
@@ -60,12 +62,20 @@ Coarse first_match(const Signals& s, const Swings& swings) {
 /// Why angle and rate do not belong together, or empty.
 std::string refuse_match(const Coarse& coarse) {
   if (coarse.correlation < 0.7)
-    return fmt::format("the gyro does not follow the angle: their best correlation is {:.2f}", coarse.correlation);
+    return fmt::format(
+        "the gyro does not follow the angle: their best correlation is {:.2f}; are both of "
+        "this run and of this bob?",
+        coarse.correlation);
   const double scale = std::abs(coarse.scale);
   if (std::abs(scale * deg - 1) < 0.1)
-    return fmt::format("the gyro reads {:.1f} times the angle's rate: its rates look like degrees per second", scale);
+    return fmt::format(
+        "the gyro reads {:.1f} times the angle's rate: its rates look like degrees per second "
+        "(--rate-unit deg_s reads them so)",
+        scale);
   if (std::abs(scale / deg - 1) < 0.1)
-    return fmt::format("the gyro reads 1/{:.1f} of the angle's rate: the angles look like degrees", 1 / scale);
+    return fmt::format(
+        "the gyro reads 1/{:.1f} of the angle's rate: the angles look like degrees (name their column angle_deg)",
+        1 / scale);
   return "";
 }
 
@@ -112,8 +122,16 @@ SplineTask task_for(const Swings& swings, const Window& window, const Coarse& co
 }
 
 /// Why the two streams' delay is no one number, or empty.
-std::string refuse_fit(const SplineFit& fit, double period_s) {
+std::string refuse_fit(const SplineFit& fit, const Signals& signals, double period_s) {
   const char* const lost = "were frames or samples lost while their stamps went on?";
+  if (const std::string why = refuse_stretches(fit.stretches); !why.empty()) return why;
+  // Data without any noise leave the fit's own small errors, which spoil no delay.
+  if (const double excess = fit.rate_density / std::max(signals.rate_density, 1e-12);
+      excess > 10 && fit.delay_sigma_s > 1e-4 * period_s)
+    return fmt::format(
+        "no motion explains angle and rate together: the fit leaves {:.0f} times the gyro's noise; {} Or "
+        "is the gyro clipped, or its low-pass slower than 20 ms?",
+        excess, lost);
   if (fit.delay_sigma_s > 0.02 * period_s)
     return fmt::format("the delay cannot be told better than to {:.0f} ms: {}", fit.delay_sigma_s * 1e3, lost);
   if (fit.scatter_about_drift > 30)
@@ -149,7 +167,7 @@ Estimate from_spline(const SplineFit& fit, const Signals& signals, double period
   // χ²/n of the swings' delays scatters by √(2/n); only what lies 4 of that above 1 is taken for real.
   const double chance = fit.scatter_dof > 0 ? 4 * std::sqrt(2.0 / fit.scatter_dof) : 0;
   const bool drifts = std::abs(fit.drift) > 5 * fit.drift_sigma && fit.drift_sigma > 0;
-  if (const std::string why = refuse_fit(fit, period_s); !why.empty()) {
+  if (const std::string why = refuse_fit(fit, signals, period_s); !why.empty()) {
     e.doubt(Verdict::refused, why);
   } else if (drifts) {
     e.drift = fit.drift;
@@ -273,9 +291,21 @@ void doubt_conditions(Estimate& e, const Signals& s, const Swings& swings, const
             fmt::format("the gyro stands at its limit of {:.2f} rad/s; {:.0f} % of its readings were left out",
                         s.saturation_rad_s, 100 * share));
   }
-  if (!s.doubt.empty()) e.doubt(Verdict::weak, s.doubt);
+  for (const std::string& doubt : s.doubts) e.doubt(Verdict::weak, doubt);
+  if (s.stamp_sigma_s > 0.3 * *e.sigma_s) {
+    e.sigma_s = std::hypot(*e.sigma_s, s.stamp_sigma_s);
+    e.doubt(Verdict::trusted, fmt::format("stamps come in steps of {:.3g} ms; the uncertainty was widened by what they "
+                                          "may be rounded",
+                                          s.stamp_sigma_s * std::sqrt(12.0) * 1e3));
+  }
   for (const std::string& note : s.notes) e.doubt(Verdict::trusted, note);
   if (!window.note.empty()) e.doubt(Verdict::trusted, window.note);
+}
+
+/// What makes the joint fit doubtful makes the two others doubtful as well.
+void share_doubt(const Estimate& result, Estimate& e) {
+  if (result.verdict != Verdict::trusted && e.answered() && !result.reasons.empty())
+    e.doubt(Verdict::weak, "the joint fit: " + result.reasons.front());
 }
 
 /// The two per-swing methods assume a bob that swings freely; a hand in it makes them wrong without a sign.
@@ -322,8 +352,9 @@ Estimate calibrate_pendulum(const AngleStream& dial, const ImuStream& imu, const
   if (const std::string why = refuse_match(coarse); !why.empty()) return refused(why);
   const Window published = published_window(swings, options);
   if (published.swings.size() < fewest_swings)
-    return refused(fmt::format("too few swings: {} of {} lie between {:g}° and {:g}°", published.swings.size(),
-                               swings.all.size(), options.window_from_deg, options.window_to_deg));
+    return refused(fmt::format("too few swings: {} of {} lie between {:g}° and {:g}° (--window)",
+                               published.swings.size(), swings.all.size(), options.window_from_deg,
+                               options.window_to_deg));
   Fitted found =
       fit_best_window(signals, swings, spline_windows(swings, published, options), coarse, options.estimate_line_delay);
   count_half_swings(found, signals, swings, options.estimate_line_delay);
@@ -344,6 +375,7 @@ Estimate calibrate_pendulum(const AngleStream& dial, const ImuStream& imu, const
   refuse_hand_moved(extrema, swings);
   refuse_hand_moved(damped, swings);
   doubt_conditions(result, signals, swings, found);
+  for (Estimate* e : {&extrema, &damped}) share_doubt(result, *e);
   for (Estimate* e : {&extrema, &damped, &result}) name_streams(*e, dial, imu);
 
   result.extras.push_back({"period_s", swings.period_s, std::nullopt});

@@ -219,6 +219,89 @@ TEST(Pendulum, ASaturatedGyroIsSeenAndLeftOut) {
   EXPECT_EQ(calibrate_pendulum(worse_run.dial(), worse_run.imu()).verdict, Verdict::refused);
 }
 
+TEST(Pendulum, AGyroClippedOnOneSideOnlyIsSeen) {
+  Recorded run = ordinary(9);
+  for (Vec3& w : run.data.imus[0].gyro_rad_s) w = w.cwiseMin(0.7);
+  const Estimate e = calibrate_pendulum(run.dial(), run.imu());
+  EXPECT_TRUE(says(e, "limit")) << all_reasons(e);
+  ASSERT_TRUE(e.answered()) << all_reasons(e);
+  EXPECT_LT(std::abs(error_s(e, run)), 4 * *e.sigma_s) << error_s(e, run);
+}
+
+TEST(Pendulum, ReadingsHandedOverTwiceUnderNewStampsAreLeftOut) {
+  const Recorded run = ordinary(16);
+  for (const double share : {0.1, 0.4}) {
+    ImuStream imu = run.imu();
+    AngleStream dial = run.dial();
+    Random random(3, "repeats");
+    // Kept, each gyro reading that comes twice would add `share` of a sampling interval to the delay.
+    for (std::size_t i = 1; i < imu.size(); ++i)
+      if (random.chance(share)) imu.gyro_rad_s[i] = imu.gyro_rad_s[i - 1];
+    for (std::size_t i = 1; i < dial.size(); ++i)
+      if (random.chance(share)) dial.angle_rad[i] = dial.angle_rad[i - 1];
+    const Estimate e = calibrate_pendulum(dial, imu);
+    ASSERT_TRUE(e.answered()) << all_reasons(e);
+    EXPECT_LT(std::abs(error_s(e, run)), 4 * *e.sigma_s) << share << ": " << error_s(e, run);
+    EXPECT_LT(*e.sigma_s, 20 * us);
+    EXPECT_TRUE(says(e, "repeat the one before")) << all_reasons(e);
+  }
+}
+
+TEST(Pendulum, CoarseCountsAreNotTakenForRepeats) {
+  PendulumRig rig = pendulum_rig("ordinary");
+  rig.duration_s = 30;
+  rig.imus[0].resolution_rad_s = 5e-3;  // a third of all readings equal the one before in all axes
+  rig.imus[0].filter_delay_s = 18e-3;
+  const Recorded run = simulated(rig, 17);
+  const Estimate e = calibrate_pendulum(run.dial(), run.imu());
+  EXPECT_FALSE(says(e, "repeat the one before")) << all_reasons(e);
+  ASSERT_TRUE(e.answered()) << all_reasons(e);
+  EXPECT_LT(std::abs(error_s(e, run)), 4 * *e.sigma_s) << error_s(e, run);
+}
+
+TEST(Pendulum, AnglesFarFromTheirNeighboursAreLeftOut) {
+  Recorded run = ordinary(18);
+  for (std::size_t i = 5; i < run.dial().size(); i += 90) run.data.dial.angle_rad[i] += 0.1;
+  run.data.dial.angle_rad[700] = 1e300;
+  const Estimate e = calibrate_pendulum(run.dial(), run.imu());
+  ASSERT_EQ(e.verdict, Verdict::trusted) << all_reasons(e);
+  EXPECT_LT(std::abs(error_s(e, run)), 4 * *e.sigma_s) << error_s(e, run);
+  EXPECT_TRUE(says(e, "far from their neighbours")) << all_reasons(e);
+}
+
+TEST(Pendulum, AJumpOfTheDelayIsRefusedWithItsPlace) {
+  const Recorded run = ordinary(19, 60);
+  const Stamp start = run.dial().stamps.front();
+  for (const double step : {-1e-3, 3e-4, 20e-3, 50e-3}) {
+    ImuStream imu = run.imu();
+    for (Stamp& t : imu.stamps)
+      if (seconds_since(start, t) > 33) t += from_seconds(step);
+    const Estimate e = calibrate_pendulum(run.dial(), imu);
+    EXPECT_EQ(e.verdict, Verdict::refused) << step;
+    EXPECT_TRUE(says(e, "the delay jumps by")) << all_reasons(e);
+    for (const Estimate& other : e.estimates) EXPECT_NE(other.verdict, Verdict::trusted) << other.method;
+  }
+}
+
+TEST(Pendulum, CoarseOrBundledStampsWidenOrDoubtTheAnswer) {
+  Recorded run = ordinary(20);
+  // Thirty frames in a second on a grid of milliseconds: 33, 33, 34.
+  PendulumRig rig = pendulum_rig("ordinary");
+  rig.duration_s = 30;
+  rig.camera.frame_rate_hz = 30;
+  Recorded coarse = simulated(rig, 20);
+  for (Stamp& t : coarse.data.dial.stamps) t = from_ns(to_ns(t) / 1'000'000 * 1'000'000);
+  const Estimate e = calibrate_pendulum(coarse.dial(), coarse.imu());
+  ASSERT_TRUE(e.answered()) << all_reasons(e);
+  EXPECT_TRUE(says(e, "steps of 1 ms")) << all_reasons(e);
+  EXPECT_NEAR(error_s(e, coarse), 0.5e-3, 3 * *e.sigma_s);
+  EXPECT_NEAR(*e.sigma_s, 1e-3 / std::sqrt(12.0), 0.1e-3);
+  ImuStream& imu = run.data.imus[0];  // a FIFO of ten, stamped when it is read
+  for (std::size_t i = 0; i < imu.size(); ++i)
+    imu.stamps[i] = imu.stamps[std::min(i / 10 * 10 + 9, imu.size() - 1)] + Duration(static_cast<std::int64_t>(i % 10));
+  EXPECT_EQ(calibrate_pendulum(run.dial(), imu).verdict, Verdict::weak);
+}
+
 TEST(Pendulum, AHandMovedBobIsRightForTheSplineAndRefusedByTheOthers) {
   // A sum of sines that no free pendulum makes.
   const auto state = [](double t) {
@@ -352,6 +435,12 @@ TEST(Pendulum, RefusesWhatCannotAnswer) {
   {
     const Recorded brief = ordinary(2, 5);
     refused(brief.dial(), brief.imu(), "too few swings");
+  }
+  {
+    AngleStream dial = run.dial();  // further apart than an int64 of nanoseconds can say
+    dial.stamps.front() = Stamp::min();
+    dial.stamps.back() = Stamp::max();
+    refused(dial, run.imu(), "broken");
   }
   refused(AngleStream{}, run.imu(), "too little data");
 }

@@ -20,11 +20,13 @@ struct Signals {
   double frame_interval_s = 0;      ///< median
   double rate_interval_s = 0;
   double angle_noise_rad = 0;  ///< of one reading, from differences: no model of the motion behind it
+  double rate_density = 0;     ///< rad/s/√Hz over the frames' interval, likewise
   std::size_t saturated = 0;   ///< rates left out because the gyro stood at its limit
   double saturation_rad_s = 0;
-  std::vector<std::string> notes;  ///< repairs, in words
-  std::string doubt;               ///< what may make the answer wrong though the data look well, or empty
-  std::string refusal;             ///< why nothing can be done, or empty
+  std::vector<std::string> notes;   ///< repairs, in words
+  double stamp_sigma_s = 0;         ///< by what stamps that come in coarse steps may be off, together
+  std::vector<std::string> doubts;  ///< what may make the answer wrong though the data look well
+  std::string refusal;              ///< why nothing can be done, or empty
 };
 
 /// Orders, repairs and projects. Line delay declared in the dial's timing is applied unless `line_delay_unknown`.
