@@ -226,6 +226,85 @@ void fall_back(std::vector<Estimate>& all, const Correlation& c) {
     if (e.method == "ml") e = coarse;
 }
 
+/// All that is fitted on the way to the answers.
+struct Fits {
+  Coarse start;
+  PhaseFit phase;
+  LikelihoodFit by_rotation, by_bearings;
+  bool has_bearings = false, bearings_win = false;
+
+  /// The likelihood that is the answer, and the other one.
+  [[nodiscard]] const LikelihoodFit& fine() const { return bearings_win ? by_bearings : by_rotation; }
+  [[nodiscard]] const LikelihoodFit& other() const { return bearings_win ? by_rotation : by_bearings; }
+};
+
+Fits fit_from(const Problem& p, const RateGrids& grids, const Correlation& c, const AlignmentOptions& options) {
+  Fits f;
+  f.start = follow_drift(p, grids, c);
+  if (p.signal.focal_assumed) f.start.log_focal = fit_log_focal(p, f.start);
+  f.phase = fit_phase(p, f.start);
+  f.has_bearings = !p.pairs.empty();
+  f.by_rotation = fit_fine(p, f.start, options, false);
+  if (f.has_bearings) f.by_bearings = fit_fine(p, f.start, options, true);
+  f.bearings_win = prefer_bearings(f.by_rotation, f.by_bearings, c);
+  return f;
+}
+
+/// Adds the second likelihood, refers all answers to the same row, and holds the two likelihoods against each other.
+void hear_second_likelihood(std::vector<Estimate>& all, const Problem& p, const Fits& f, const Estimate& base,
+                            const AlignmentOptions& options) {
+  Estimate second = ml_estimate(p, f.other(), f.start, base, options);
+  second.method = f.bearings_win ? "ml-rotation" : "ml-bearings";
+  const double readout_s = believed_readout_s(p.signal.timing, f.by_bearings, f.bearings_win);
+  Estimate& answer = all.back();
+  const Estimate* const knows_rows = f.bearings_win ? &answer : &second;
+  const auto refer = [&](Estimate& e) {
+    if (&e != knows_rows) refer_to_stamped_row(e, p.signal.apparent_row, readout_s, f.by_bearings.readout_sigma_s);
+  };
+  std::for_each(all.begin(), all.end(), refer);
+  refer(second);
+  hear_third_witness(answer, second, all.front(), f.bearings_win && f.fine().relative_error < credible_relative_error);
+  join(answer, second, f.fine(), f.other());
+  all.push_back(std::move(second));
+}
+
+/// What the likelihood found is held against methods that know less.
+void confront_with_likelihood(std::vector<Estimate>& all, const LikelihoodFit& fine) {
+  const Estimate& likelihood =
+      *std::find_if(all.begin(), all.end(), [](const Estimate& e) { return e.method == "ml"; });
+  for (Estimate& e : all) {
+    if (e.method.starts_with("ml")) continue;
+    if (fine.converged && fine.drift != 0 && e.answered())
+      e.doubt(Verdict::weak, fmt::format("the clocks drift by {:.1f} ± {:.1f} ppm, which this method does not model",
+                                         1e6 * fine.drift, 1e6 * fine.drift_sigma));
+    confront(e, likelihood);
+  }
+}
+
+std::vector<Estimate> every_answer(const Problem& p, const Correlation& c, const Fits& f, const Estimate& base,
+                                   const AlignmentOptions& options) {
+  std::vector<Estimate> all{correlation_estimate(p, c, base), phase_estimate(p, f.phase, f.start, base),
+                            tdicp_estimate(p, f.start, base), ml_estimate(p, f.fine(), f.start, base, options)};
+  if (f.has_bearings) hear_second_likelihood(all, p, f, base, options);
+  if (went_astray(f.fine(), c)) fall_back(all, c);
+  confront_with_likelihood(all, f.fine());
+  return all;
+}
+
+std::vector<Panel> panels(const Problem& p, const Correlation& c, const Fits& f) {
+  const LikelihoodFit& fine = f.fine();
+  const double offset = fine.converged ? fine.offset_s : f.start.offset_s;
+  const double drift = fine.converged ? fine.drift : f.start.drift;
+  const double centre = fine.converged ? fine.centre_s : f.start.centre_s;
+  const Mat3 R = fine.converged ? fine.R_reference_sensor : f.start.R_reference_sensor;
+  return {rates_panel(p, offset, drift, centre, R, false),
+          rates_panel(p, offset, drift, centre, R, true),
+          correlation_panel(p, c),
+          windows_panel(fine),
+          residuals_panel(fine),
+          coherence_panel(f.phase)};
+}
+
 /// The method asked for.
 const Estimate& chosen(const std::vector<Estimate>& all, const std::string& method) {
   const std::string wanted = method == "auto" ? "ml" : method;
@@ -240,6 +319,24 @@ void check(const ImuStream& reference) {
         fmt::format("align_rotation: {} stamps for {} rates", reference.stamps.size(), reference.gyro_rad_s.size()));
 }
 
+/// Why there is too little to begin with; empty where there is enough.
+std::string too_little(const RotationSignal& sensor, const ImuStream& reference) {
+  if (sensor.increments.size() < fewest_steps)
+    return fmt::format("only {} rotations of the sensor were measured; {} is the least that can be aligned",
+                       sensor.increments.size(), fewest_steps);
+  if (reference.size() < fewest_steps)
+    return fmt::format("only {} samples of the reference; {} is the least", reference.size(), fewest_steps);
+  return "";
+}
+
+Correlation search(const Problem& p, const RateGrids& grids, const AlignmentOptions& options) {
+  const double between = to_seconds(p.between_epochs());
+  const double half_width = options.search_s.value_or(std::numeric_limits<double>::infinity());
+  Correlation found = correlate(p, grids, -half_width - between, half_width - between);
+  settle_rivals(p, found);
+  return found;
+}
+
 }  // namespace
 
 Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference, const AlignmentOptions& options) {
@@ -250,71 +347,23 @@ Estimate align_rotation(const RotationSignal& sensor, const ImuStream& reference
     e.doubt(Verdict::refused, why);
     return e;
   };
-  if (sensor.increments.size() < fewest_steps)
-    return refuse(fmt::format("only {} rotations of the sensor were measured; {} is the least that can be aligned",
-                              sensor.increments.size(), fewest_steps));
-  if (reference.size() < fewest_steps)
-    return refuse(fmt::format("only {} samples of the reference; {} is the least", reference.size(), fewest_steps));
-
+  if (const std::string why = too_little(sensor, reference); !why.empty()) return refuse(why);
   const Problem problem(sensor, reference);
   if (problem.steps.size() < fewest_steps)
     return refuse(fmt::format("only {} of the sensor's {} rotations could be measured", problem.steps.size(),
                               sensor.increments.size()));
-  const double between = to_seconds(problem.between_epochs());
-  const double widest = std::numeric_limits<double>::infinity();
-  const double search = options.search_s.value_or(widest);
+
   const RateGrids grids = rate_grids(problem);
-  Correlation coarse = correlate(problem, grids, -search - between, search - between);
-  settle_rivals(problem, coarse);
+  const Correlation coarse = search(problem, grids, options);
   if (const auto why = no_answer(measure_excitation(problem), coarse, problem)) {
     Estimate e = refuse(*why);
     if (!coarse.curve_r.empty()) e.evidence.panels.push_back(correlation_panel(problem, coarse));
     return e;
   }
-  Coarse start = follow_drift(problem, grids, coarse);
-  if (sensor.focal_assumed) start.log_focal = fit_log_focal(problem, start);
-  const PhaseFit phase = fit_phase(problem, start);
-  const bool has_bearings = !problem.pairs.empty();
-  const LikelihoodFit by_rotation = fit_fine(problem, start, options, false);
-  const LikelihoodFit by_bearings = has_bearings ? fit_fine(problem, start, options, true) : LikelihoodFit{};
-  const bool bearings_win = prefer_bearings(by_rotation, by_bearings, coarse);
-  const LikelihoodFit& fine = bearings_win ? by_bearings : by_rotation;
-
-  std::vector<Estimate> all{correlation_estimate(problem, coarse, base), phase_estimate(problem, phase, start, base),
-                            tdicp_estimate(problem, start, base), ml_estimate(problem, fine, start, base, options)};
-  if (has_bearings) {
-    const LikelihoodFit& other = bearings_win ? by_rotation : by_bearings;
-    Estimate second = ml_estimate(problem, other, start, base, options);
-    second.method = bearings_win ? "ml-rotation" : "ml-bearings";
-    const double readout_s = believed_readout_s(sensor.timing, by_bearings, bearings_win);
-    const Estimate* const knows_rows = bearings_win ? &all.back() : &second;
-    for (Estimate* e : {&all[0], &all[1], &all[2], &all[3], &second})
-      if (e != knows_rows) refer_to_stamped_row(*e, sensor.apparent_row, readout_s, by_bearings.readout_sigma_s);
-    hear_third_witness(all.back(), second, all.front(), bearings_win && fine.relative_error < credible_relative_error);
-    join(all.back(), second, fine, other);
-    all.push_back(std::move(second));
-  }
-  if (fine.converged && fine.drift != 0)
-    for (Estimate& e : all)
-      if (!e.method.starts_with("ml") && e.answered())
-        e.doubt(Verdict::weak, fmt::format("the clocks drift by {:.1f} ± {:.1f} ppm, which this method does not model",
-                                           1e6 * fine.drift, 1e6 * fine.drift_sigma));
-  if (went_astray(fine, coarse)) fall_back(all, coarse);
-  const Estimate& likelihood =
-      *std::find_if(all.begin(), all.end(), [](const Estimate& e) { return e.method == "ml"; });
-  for (Estimate& e : all)
-    if (!e.method.starts_with("ml")) confront(e, likelihood);
+  const Fits fits = fit_from(problem, grids, coarse, options);
+  std::vector<Estimate> all = every_answer(problem, coarse, fits, base, options);
   Estimate answer = chosen(all, options.method);
-  const bool fitted = fine.converged;
-  const double offset = fitted ? fine.offset_s : start.offset_s, drift = fitted ? fine.drift : start.drift;
-  const double centre = fitted ? fine.centre_s : start.centre_s;
-  const Mat3 R = fitted ? fine.R_reference_sensor : start.R_reference_sensor;
-  answer.evidence.panels = {rates_panel(problem, offset, drift, centre, R, false),
-                            rates_panel(problem, offset, drift, centre, R, true),
-                            correlation_panel(problem, coarse),
-                            windows_panel(fine),
-                            residuals_panel(fine),
-                            coherence_panel(phase)};
+  answer.evidence.panels = panels(problem, coarse, fits);
   answer.estimates = std::move(all);
   return answer;
 }
